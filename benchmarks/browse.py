@@ -7,8 +7,6 @@ conditions whose limits are drawn at random. CPU time is that of the server's pr
 the machine disturb it less.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -4,8 +4,6 @@ Run with ``python benchmarks/editions.py FOLDER``, the folder a checkout of the 
 ``git worktree add FOLDER 0ccb847``. Random crank-rockers, tolerance 1e-9, one core.
 """
 
-from __future__ import annotations
-
 import statistics
 import sys
 import time

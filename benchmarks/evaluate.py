@@ -4,8 +4,6 @@ Run with ``python benchmarks/evaluate.py``. The same run measures the closed for
 ``benchmarks/peers.py`` compares with NumPy and JAX.
 """
 
-from __future__ import annotations
-
 import statistics
 
 import numpy as np

@@ -5,8 +5,6 @@ sweeps that keep the front of 10^3 designs up to the largest (10^7 unless given;
 command of its own. All designs turn, none is screened. CPU time counts all threads; per design it is less start-up.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

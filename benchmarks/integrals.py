@@ -6,8 +6,6 @@ closed-form metrics and the status. "sampled" asks for the largest velocity too,
 from them.
 """
 
-from __future__ import annotations
-
 import statistics
 
 import numpy as np

@@ -4,8 +4,6 @@ Run with ``python benchmarks/levels.py``. CPU time per design, least of nine, in
 number of designs with 10 and with 100 speeds is a tenth and a hundredth of the geometries.
 """
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

@@ -5,8 +5,6 @@ given; 10^8 takes minutes) that keep only the front, and of 10^5 to 10^7 designs
 of its own. Printed: peak resident memory, time, size of the results file.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -6,8 +6,6 @@ geometrically for periodic functions, at a rate that is the distance of the near
 root of the margin. Its number of samples is found by trial, and the error of 360 samples is measured.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 import explore

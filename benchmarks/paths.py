@@ -6,8 +6,6 @@ dynamic programming over samples, apart from the search, which only says where i
 measured at their angles. Published objectives differ in part: they add penalties, or fix the angles.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import time

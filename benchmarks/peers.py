@@ -6,8 +6,6 @@ design. The samples are equispaced over a turn, Gauss-Legendre nodes over a stro
 the worst of all designs has an error up to the tolerance; `explore` chooses it for each design without that knowledge.
 """
 
-from __future__ import annotations
-
 import statistics
 from importlib.util import find_spec
 

@@ -6,8 +6,6 @@ whole columns; they must find as many designs. CPU seconds are compared, because
 the disk.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

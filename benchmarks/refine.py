@@ -7,8 +7,6 @@ any line reaches, so that the last line says 100 %. Times are without the start 
 the sweep of the designs at the start; CPU seconds are those of all threads.
 """
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import time

@@ -5,8 +5,6 @@ of which a third can turn, with the columns of configs/optimum.toml and with all
 that all turn, with all default columns. Medians of five pages.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import statistics

@@ -4,8 +4,6 @@ Run with ``python benchmarks/sensitivity.py``. The study is configs/optimum.toml
 the compilation and the sweep; CPU seconds are those of all threads. Memory is the largest of the process so far.
 """
 
-from __future__ import annotations
-
 import resource
 import tempfile
 import time

@@ -7,8 +7,6 @@ done, another one is submitted. Printed: events that a watcher did not get, memo
 end, its share of a processor, and how soon all watchers are told of a study that is submitted.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import re

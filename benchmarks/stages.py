@@ -5,8 +5,6 @@ least of nine. The stages of sampling are differences: the same compiled functio
 loop that ends after one more stage each time. One window, one panel per design, default columns, tolerance 1e-9.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import tempfile

@@ -3,8 +3,6 @@
 Run with ``python benchmarks/start_up.py``. CPU seconds are above those of a bare interpreter in the same run.
 """
 
-from __future__ import annotations
-
 import os
 import resource
 import statistics

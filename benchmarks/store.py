@@ -4,8 +4,6 @@ Run with ``python benchmarks/store.py [folder]``; the folder must be on the disk
 alternate, because a disk's speed varies by a factor of two within seconds; only the ratio of the medians counts.
 """
 
-from __future__ import annotations
-
 import os
 import statistics
 import sys

@@ -4,8 +4,6 @@ Run with ``python benchmarks/sweep.py [folder]``; the folder must be on the disk
 alternate. Printed: designs/s after start-up, the share of the raw rate, and one thread against two.
 """
 
-from __future__ import annotations
-
 import os
 import statistics
 import sys

@@ -5,8 +5,6 @@ other edition, for the first one ``git worktree add FOLDER 0ccb847``. Counted fr
 per design and designs/s until the results are durable. CPU times are less sensitive to other programs.
 """
 
-from __future__ import annotations
-
 import os
 import statistics
 import sys

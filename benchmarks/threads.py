@@ -3,8 +3,6 @@
 ``python benchmarks/threads.py``
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import time

@@ -1,7 +1,5 @@
 """Times of jobs in turns, so that a busy moment harms all alike: in this process, or in one for each source tree."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -4,8 +4,6 @@ Run with ``python benchmarks/tolerance.py``. The first line is the published opt
 second a design of configs/grid.toml, whose extremes are sampled.
 """
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 

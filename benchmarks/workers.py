@@ -4,8 +4,6 @@ Run with ``python benchmarks/workers.py [folder]``. Sweeps with one thread, two 
 alternate; counted from the first block to the end. Printed: designs/s, and what the second worker gains.
 """
 
-from __future__ import annotations
-
 import statistics
 import sys
 import tempfile

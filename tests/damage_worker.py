@@ -1,7 +1,5 @@
 """A process that runs `explore` on results files that may crash HDF5: a line of JSON in, a line of JSON out."""
 
-from __future__ import annotations
-
 import json
 import os
 import resource

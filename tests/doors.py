@@ -1,7 +1,5 @@
 """What each way into a results file hands out, as a text to be compared with that of another file."""
 
-from __future__ import annotations
-
 import tempfile
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Results files that several tests write, in this process or in a separate one."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """Damaged files: each is refused with a clear error, or its sound part is read."""
 
-from __future__ import annotations
-
 import os
 import random
 

@@ -1,7 +1,5 @@
 """Full disks, folders that cannot be written, and platforms without POSIX."""
 
-from __future__ import annotations
-
 import errno
 import fcntl
 import os

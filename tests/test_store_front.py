@@ -1,7 +1,5 @@
 """Results files that keep the Pareto-optimal designs only."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The journal: acknowledged records survive kills, full disks and damage to other records."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import os

@@ -1,7 +1,5 @@
 """Other programs move, remove or replace the files of a sweep while it runs, or have files of the same names."""
 
-from __future__ import annotations
-
 import errno
 import os
 import shutil

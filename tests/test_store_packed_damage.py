@@ -1,7 +1,5 @@
 """Damaged and hostile packed files."""
 
-from __future__ import annotations
-
 import contextlib
 import random
 import zlib

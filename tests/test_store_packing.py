@@ -1,7 +1,5 @@
 """Packed copies: the same content in fewer bytes, or no file."""
 
-from __future__ import annotations
-
 import os
 import random
 import re

@@ -1,7 +1,5 @@
 """A power cut during a write may garble whole sectors, so later writes share no page with bytes written before."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

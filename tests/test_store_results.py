@@ -1,7 +1,5 @@
 """The layout of a results file and its readers."""
 
-from __future__ import annotations
-
 import io
 import json
 import random

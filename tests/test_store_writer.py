@@ -1,7 +1,5 @@
 """The writer: the same bytes after any interruption, and files of one study only."""
 
-from __future__ import annotations
-
 import json
 import random
 import time

@@ -1,7 +1,5 @@
 """Results as an xarray dataset: the values of `to_pandas`, read when they are needed."""
 
-from __future__ import annotations
-
 import pickle
 import sys
 

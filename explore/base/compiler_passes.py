@@ -6,8 +6,6 @@ are not assembled by themselves, and nothing is searched for garbage. All of thi
 compilation of a process tries it on a small function, and where that fails, Numba compiles in its own way.
 """
 
-from __future__ import annotations
-
 import gc
 import math
 from collections.abc import Callable, Iterator

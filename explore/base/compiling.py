@@ -4,8 +4,6 @@ Functions that a sweep calls have explicit signatures, and the compiled loop tak
 first-class function types: so one loop serves all mechanisms and a second process finds everything in Numba's cache.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from functools import cache, partial

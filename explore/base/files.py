@@ -1,7 +1,5 @@
 """Write files under an unfinished name and rename them when complete, never over a link, a pipe or a device."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import os

@@ -1,7 +1,5 @@
 """Recursive descent over the tokens of a text; a grammar, such as that of conditions, is a subclass."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from typing import ClassVar, TypeVar

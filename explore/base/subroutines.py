@@ -5,8 +5,6 @@ each called function by itself, for calls from Python that never come; that was 
 compilation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

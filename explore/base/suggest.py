@@ -1,7 +1,5 @@
 """Parts of error messages: suggestions for unknown names, and shortened or printable values."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable
 

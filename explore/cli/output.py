@@ -1,7 +1,5 @@
 """What a command prints: data on stdout, messages on stderr."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Files that a command reads and writes: checks before anything is computed, and the newest results."""
 
-from __future__ import annotations
-
 import errno
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress

@@ -4,8 +4,6 @@ A rule is a frozen dataclass whose fields are its settings. All but `GradedRule`
 errors are those of the quadrature alone. The crank turns at 1 rad/s; a linkage that does not rock has NaN and no nodes.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

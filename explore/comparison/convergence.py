@@ -4,8 +4,6 @@ Errors are taken 4 rad from the start: after a full turn the leading error terms
 method appears to be of fifth order.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

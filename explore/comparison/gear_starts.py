@@ -9,8 +9,6 @@ They have one solution for each branch, of which the first is of use. `explore.m
 scalar equation for the branch that is asked for.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Error and cost of every method on a scene, what they sum up to, and the cost of each level of the model."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

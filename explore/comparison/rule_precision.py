@@ -1,7 +1,5 @@
 """Error and cost of every averaging rule on a scene."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """Scenes: studies whose designs are easy, hard or impossible to solve for a known reason."""
 
-from __future__ import annotations
-
 import os
 import tomllib
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ The slider-crank follows from the sine of the rod's angle, the variable crank fr
 both differentiated step by step; there are digits enough for all that cancels.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

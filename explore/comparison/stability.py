@@ -1,7 +1,5 @@
 """Accuracy and failures of every method as designs approach a singular position, and over a turn."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import groupby

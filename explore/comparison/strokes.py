@@ -1,7 +1,5 @@
 """Quadrature over the slow stroke, which turns the velocities of any method into a coefficient of variation."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

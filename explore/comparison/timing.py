@@ -1,7 +1,5 @@
 """CPU times as medians of repeated runs, and the machine that they were measured on."""
 
-from __future__ import annotations
-
 import platform
 import statistics
 import time

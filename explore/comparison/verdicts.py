@@ -1,7 +1,5 @@
 """Verdicts on the motion of a method, from its errors against the exact motion and the outcome that it reports."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntEnum
 

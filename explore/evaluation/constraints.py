@@ -1,7 +1,5 @@
 """Signed margins of constraints."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

@@ -7,8 +7,6 @@ operations (`explore.evaluation.propagation`). Parameters and closed-form metric
 design does not give is NaN.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 

@@ -13,8 +13,6 @@ Signals under load are not proportional to a power of the speed. Where a request
 only if their loads and, for dynamic loads, their speeds are equal.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """Kinematics of designs: closed form, screening and sampling of distinct geometries, then scaling with the speed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar

@@ -5,8 +5,6 @@ change of the signal that it is the rate of, over the length of the window. A si
 monotonic between them, so that its extremes are among these angles and the ends of the window.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from functools import cached_property

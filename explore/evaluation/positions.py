@@ -1,7 +1,5 @@
 """Single input angles of many designs: the ends of a window and the angles where a signal has extremes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

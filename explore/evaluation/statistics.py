@@ -1,7 +1,5 @@
 """Statistics of signals from the numbers of the compiled loop: their values and errors, in the units of the signals."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

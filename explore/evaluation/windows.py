@@ -1,7 +1,5 @@
 """Windows of a request as numbers for the compiled loop, and the positions of their ends."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

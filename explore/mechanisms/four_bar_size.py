@@ -1,7 +1,5 @@
 """Overall size of a four-bar: the circle of the crank, both ground pivots, and the arc of the rocker's joint."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.mechanisms.overall_size import declare_size

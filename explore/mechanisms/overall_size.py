@@ -1,7 +1,5 @@
 """Overall size: the box around all positions of all links and points, along and across the line of the ground."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from explore.model.quantities import FloatArray, Formula

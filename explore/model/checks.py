@@ -1,7 +1,5 @@
 """Checks of a mechanism's declaration: codes that differ, and columns that the kernel agrees with."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import fields

@@ -1,7 +1,5 @@
 """Columns of results, and the blocks of designs that are computed and committed together."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """Checks of a mechanism's drawing and panels: names that exist."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from explore.model.declaration import Declaration

@@ -1,7 +1,5 @@
 """Arithmetic expressions of the formulas that users write, as data."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """Checks of the names of a mechanism's declaration: each is declared once, and those that are used exist."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator
 from typing import TypeVar

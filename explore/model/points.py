@@ -4,8 +4,6 @@ The floating link, such as the coupler of a four-bar, turns about no pivot of th
 coordinates, along the link from the crank's pin and across it counter-clockwise, which are parameters of the design.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum

@@ -1,7 +1,5 @@
 """The callback by which long tasks report their progress."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 #: Function of the number of items that are done and the number of all items.

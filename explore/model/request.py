@@ -1,7 +1,5 @@
 """Requests: the metrics and constraints to evaluate for each design, and the objectives of rankings."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

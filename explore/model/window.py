@@ -1,7 +1,5 @@
 """Windows: parts of the turn that statistics are taken over."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal

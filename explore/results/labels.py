@@ -1,7 +1,5 @@
 """Texts of figures and of the report: labels of axes, units, the name of a study."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Mapping
 

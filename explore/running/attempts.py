@@ -1,7 +1,5 @@
 """Attempts: a block that fails is tried again before it is left out."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from typing import Any

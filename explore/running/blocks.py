@@ -1,7 +1,5 @@
 """The task of a worker: evaluate one block of designs; and the software it computes with."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field

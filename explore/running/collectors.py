@@ -1,7 +1,5 @@
 """Collectors put the blocks of a sweep into the store: all designs, or the Pareto set only."""
 
-from __future__ import annotations
-
 import json
 import platform
 from collections import Counter

@@ -1,7 +1,5 @@
 """Scheduler and worker of a cluster on this machine, without dask's HTTP server."""
 
-from __future__ import annotations
-
 from distributed import Scheduler, Worker
 
 

@@ -3,8 +3,6 @@
 It holds times, hosts and workers; the bytes of the results file must not depend on these.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

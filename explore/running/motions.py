@@ -1,7 +1,5 @@
 """The motion of one design, by the closed form or by another method with its errors measured."""
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np

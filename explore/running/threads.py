@@ -6,8 +6,6 @@ Callbacks of dask (progress bars, profilers, caches) that are registered see the
 configuration computes them where there is one.
 """
 
-from __future__ import annotations
-
 import itertools
 import multiprocessing.pool
 import queue

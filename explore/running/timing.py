@@ -1,7 +1,5 @@
 """How long the designs of a study take, before it is swept."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

@@ -4,8 +4,6 @@ All are random, of 256 bits, kept in memory as hashes, and new after each start.
 written, into files that the owner of the folder alone can read.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import secrets

@@ -1,7 +1,5 @@
 """The HTTP application: its routes, its errors in words, and its state."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from pathlib import Path

@@ -4,8 +4,6 @@ The pools of the standard library cannot kill one call; workers of anyio and Peb
 theirs although the service was killed.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import threading

@@ -1,7 +1,5 @@
 """Routes of the results browser: exact counts over whole files, from an index that the service makes once."""
 
-from __future__ import annotations
-
 import json
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """What the service tells of indexed results: counts by bins and single points, in the shown units."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Connections that wait for a bounded time, and give way to others when room is short."""
 
-from __future__ import annotations
-
 import asyncio
 
 from uvicorn.protocols.http.h11_impl import H11Protocol

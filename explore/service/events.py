@@ -4,8 +4,6 @@ FastAPI's own streams of events and sse-starlette write each event anew for each
 comes back; here its text is made once.
 """
 
-from __future__ import annotations
-
 import json
 import secrets
 import threading

@@ -11,8 +11,6 @@
     log/server.jsonl             what happened to the service
 """
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

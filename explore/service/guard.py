@@ -3,8 +3,6 @@
 Starlette checks hosts alone, and no well-kept library bounds the size and the time of a body by who sends it.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import time

@@ -1,7 +1,5 @@
 """The indexes of the results of a service: made in the background one after the other, kept in the folder."""
 
-from __future__ import annotations
-
 import threading
 from collections import OrderedDict
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """What a study or a task names as a file, written into its text: a service reads no file by its path."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The file of a job: a study to sweep, a task to find linkages for, or the refinement of another job's results."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from pathlib import Path

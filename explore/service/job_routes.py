@@ -1,7 +1,5 @@
 """Routes of jobs: submit, list, change, watch."""
 
-from __future__ import annotations
-
 import asyncio
 import time
 from collections.abc import AsyncIterator, Callable

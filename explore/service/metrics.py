@@ -1,7 +1,5 @@
 """Counts of a service for Prometheus, beside those of its process that the client library gives: /metrics."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterator
 

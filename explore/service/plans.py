@@ -1,7 +1,5 @@
 """What the file of a job asks for, and the limits of the service."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import dataclass
 from pathlib import Path

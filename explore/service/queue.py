@@ -1,7 +1,5 @@
 """The jobs of a service: what is waiting, running and settled, and what may be done to each."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable
 from dataclasses import asdict, replace

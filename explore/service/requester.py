@@ -1,7 +1,5 @@
 """Ask a service over HTTP, with its token; refusals become errors with the reason that the service gave."""
 
-from __future__ import annotations
-
 import json
 import os
 import urllib.error

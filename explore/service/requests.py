@@ -1,7 +1,5 @@
 """What requests hold, and the parts of the service that their routes use."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 from fastapi import Depends, Path, Request

@@ -1,7 +1,5 @@
 """Routes of results: the words of `explore show` and `explore rank`, and the file itself."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from pathlib import Path as FilePath
 from typing import Annotated, Any

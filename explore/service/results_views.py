@@ -1,7 +1,5 @@
 """What the service tells about results, in the words of `explore show` and `explore rank`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory

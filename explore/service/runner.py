@@ -1,7 +1,5 @@
 """Sweep the jobs of a service one after the other, each in a process of its own."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

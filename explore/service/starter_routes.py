@@ -1,7 +1,5 @@
 """Routes of starters: the commented studies and tasks that `explore init` writes."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 from fastapi import APIRouter, BackgroundTasks, Path

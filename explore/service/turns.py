@@ -3,8 +3,6 @@
 The routes run in threads, so these are semaphores: anyio's limiter would need every route to be asynchronous.
 """
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -4,8 +4,6 @@ Source: S. Roberts, On three-bar motion in plane space, Proc. London Math. Soc. 
 parallelograms is Cayley's.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.base.errors import RequestError

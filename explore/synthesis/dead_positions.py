@@ -13,8 +13,6 @@ A published procedure takes the crank as free, with an equation for the least tr
 the ground has the same length in both dead positions: its linkages have another swing and time ratio than asked for.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ A solution of the equations passes through all points, but perhaps only after it
 way (another circuit), or past a dead point of its crank (another branch), or in another order.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ pin of the crank; the crank angle at which the dwell begins; direction of the gu
 guide, by which it passes the crank's pivot on the left.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

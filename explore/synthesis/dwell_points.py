@@ -3,8 +3,6 @@
 Lengths are in cranks, the crank's pivot is the origin, and the rocker's pivot lies along the real axis.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ Each programme lessens half the travel of the slider at sampled crank angles, wi
 to first order in the nine numbers within a box of trust.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

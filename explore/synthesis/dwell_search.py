@@ -5,8 +5,6 @@ five positions of the dwell hold on a circle; over long dwells points whose arcs
 so points anywhere are starts too. Each stage takes on the best, most of them with points that are not alike.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ While the coupler point moves along the arc, the other end of the link rests at 
 guide passes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

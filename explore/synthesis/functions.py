@@ -10,8 +10,6 @@ It is linear in K1, K2, K3: three positions are met exactly. More are met in the
 which is not that of the output; `turning_generators` minimises the true error of the output.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Functions that linkages shall generate: a formula of x or a table, scaled to the angles of input and output."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

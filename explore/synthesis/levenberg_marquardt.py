@@ -9,8 +9,6 @@ steps in a row of little relative gain, where its sum is met, or where no step i
 linkage takes as long there as the calls of NumPy for a step of one row here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

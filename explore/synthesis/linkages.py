@@ -3,8 +3,6 @@
 Points of the plane are complex numbers.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

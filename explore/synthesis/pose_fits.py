@@ -3,8 +3,6 @@
 Poses are points with directions of the body, so that the search is that of paths, within all its bounds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -9,8 +9,6 @@ with ' for the conjugate: bilinear in the two pivots (L. Burmester, Lehrbuch der
 moving pivot free, four leave one parameter, and five have at most four dyads.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -6,8 +6,6 @@ improved. For given angles of crank and rod the point is linear in the pivot, th
 numbers, so that a start needs only the range of the rod's angle and a first crank angle.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -6,8 +6,6 @@ every point. The pin C of the slider, a point of the coupler, should then move o
 varies by the guide-offset error.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every command, run on a study of the mechanism in this process."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

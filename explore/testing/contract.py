@@ -1,7 +1,5 @@
 """The contract of a mechanism: designs are drawn, and checks find broken promises."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory

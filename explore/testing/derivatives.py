@@ -1,7 +1,5 @@
 """Signals that are declared as derivatives of others, integrated and compared with the changes of those."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

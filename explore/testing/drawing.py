@@ -1,7 +1,5 @@
 """The drawing of a mechanism: its links keep their lengths."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Signals with declared marks at which they have their extremes, against samples of whole turns."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterator
 

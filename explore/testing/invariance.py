@@ -1,7 +1,5 @@
 """Results that must not change: with the block that a design stands in, and with the units of length, time and mass."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

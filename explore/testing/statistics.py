@@ -1,7 +1,5 @@
 """Every statistic of every signal over every window, also in closed form, against dense sampling within its bound."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

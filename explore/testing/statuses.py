@@ -1,7 +1,5 @@
 """The status of every design: what it promises of the row, and that impossible values have one."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The mechanism under test with its designs, evaluated and moved by the generic routes alone."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """The system's browser, and pages that must not log messages, raise errors or make requests."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from contextlib import contextmanager

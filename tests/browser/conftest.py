@@ -1,7 +1,5 @@
 """One browser for all tests, and pages of swept studies."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

@@ -1,7 +1,5 @@
 """Pages of a service in the browser."""
 
-from __future__ import annotations
-
 import contextlib
 
 from axe_playwright_python.sync_playwright import Axe

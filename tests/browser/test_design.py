@@ -1,7 +1,5 @@
 """The chosen design: its animation, and the page's formulas compared with `explore.simulate`."""
 
-from __future__ import annotations
-
 import io
 from xml.etree import ElementTree
 

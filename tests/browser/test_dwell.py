@@ -1,7 +1,5 @@
 """The slider of a dwell on the page: its travel, drawing and files, as the library computes them."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np

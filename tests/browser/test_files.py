@@ -1,7 +1,5 @@
 """The page of several results files: every design, the joint Pareto set, and what is told of each file."""
 
-from __future__ import annotations
-
 import contextlib
 import shlex
 

@@ -1,7 +1,5 @@
 """Each mechanism's functions in the page, translated from Python, against `explore.simulate`."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The page as a whole: keyboard, themes, print, sizes, notices of what is left out, and hostile names."""
 
-from __future__ import annotations
-
 import json
 import shlex
 

@@ -1,7 +1,5 @@
 """Parallel axes: their order, colours and headings, and the opacity of their lines."""
 
-from __future__ import annotations
-
 import pytest
 
 from browser.chromium import conditions, drag, select, settle, silent_page

@@ -1,7 +1,5 @@
 """Designs pinned in the report: their overlay, curves and values, by mouse and keyboard."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

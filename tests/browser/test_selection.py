@@ -1,7 +1,5 @@
 """Brushes, counts, table, CSV and the copied command select the same designs as pandas."""
 
-from __future__ import annotations
-
 import json
 import os
 import shlex

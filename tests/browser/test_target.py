@@ -1,7 +1,5 @@
 """The target of a study on the page: the path against it and their distance, as the library computes them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The page in chosen units: its columns, its motion, its files and its command agree with the command line."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

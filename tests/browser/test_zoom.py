@@ -1,7 +1,5 @@
 """Zoom in the report's scatter: wheel, fingers, buttons, keys; boxes select as without it."""
 
-from __future__ import annotations
-
 import pytest
 
 from browser.chromium import select_box, settle, shown_count, silent_page

@@ -1,7 +1,5 @@
 """Fixtures: a folder in memory, a cluster, the results of an undisturbed sweep."""
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Iterator

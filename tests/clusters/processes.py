@@ -1,7 +1,5 @@
 """Sweeps and clusters as separate processes that tests can kill."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """The bytes of the results file do not depend on the cluster or the order of the blocks."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """Neither the time nor the memory of `BlocksInFlight` grows with the number of blocks."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """Ctrl-C and SIGTERM, as sent by a terminal and by a batch system."""
 
-from __future__ import annotations
-
 import signal
 import time
 

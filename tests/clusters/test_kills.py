@@ -1,7 +1,5 @@
 """Kill -9 of workers, of the scheduler and of the sweep itself."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

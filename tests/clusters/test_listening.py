@@ -1,7 +1,5 @@
 """A sweep with threads opens no socket; the processes of a sweep accept only each other."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

@@ -1,7 +1,5 @@
 """Blocks that raise errors, and blocks that kill their worker."""
 
-from __future__ import annotations
-
 import time
 
 import pytest

@@ -1,7 +1,5 @@
 """Stopped workers and schedulers (Ctrl-Z, a debugger): connected, but silent."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

@@ -1,7 +1,5 @@
 """Workers that are missing, join late, leave, or have other versions."""
 
-from __future__ import annotations
-
 import asyncio
 import shutil
 import time

@@ -1,7 +1,5 @@
 """Check a results file by h5py and zlib alone, and by the readers of explore."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Fixtures: the recorder of system calls, the server of writers, the figures printed at the end."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import shutil

@@ -1,7 +1,5 @@
 """The store that these tests write: small blocks whose values follow from the design numbers."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any, Self

@@ -6,8 +6,6 @@ touches may hold anything, also where other bytes of them were durable before. U
 change of a name in it may be there or not.
 """
 
-from __future__ import annotations
-
 import random
 import struct
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """The real command as a separate process."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Damaged bytes, changed studies, and blocks in any order."""
 
-from __future__ import annotations
-
 import json
 import random
 import shutil

@@ -1,7 +1,5 @@
 """Failing and full disks: one clear line, nothing damaged, and the same command continues later."""
 
-from __future__ import annotations
-
 import errno
 import random
 from itertools import product

@@ -1,7 +1,5 @@
 """Kill -9 at random times and at every call, and the files that a killed writer leaves."""
 
-from __future__ import annotations
-
 import random
 import re
 import shutil

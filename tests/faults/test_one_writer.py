@@ -1,7 +1,5 @@
 """One writer at a time: concurrent writers, dead holders of the lock, their children, other programs."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

@@ -1,7 +1,5 @@
 """Files that commands write beside results: on a full disk, and after kills and power cuts at every call."""
 
-from __future__ import annotations
-
 import itertools
 import random
 from contextlib import nullcontext

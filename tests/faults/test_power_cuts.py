@@ -4,8 +4,6 @@ Power cuts are simulated: the states are derived from the calls of a real run (s
 allows, which is more than most file systems do.
 """
 
-from __future__ import annotations
-
 import random
 import signal
 

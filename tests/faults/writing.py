@@ -4,8 +4,6 @@ A fresh Python takes about a second, a fork a few milliseconds, and the process 
 process of its own, under the recorder, and takes orders as JSON lines (see `server.py`).
 """
 
-from __future__ import annotations
-
 import ctypes
 import gc
 import json

@@ -1,7 +1,5 @@
 """Mistakes drawn at random over the package by the operators of Cosmic Ray, and the tests nearest to each."""
 
-from __future__ import annotations
-
 import ast
 import random
 from collections import Counter

@@ -1,7 +1,5 @@
 """Mistakes: what they change, whether they can be planted, and the files that import what they change."""
 
-from __future__ import annotations
-
 import ast
 import difflib
 import os

@@ -5,8 +5,6 @@ and prints a line for each and a share for each package; without ``--draw`` it t
 code is not 0 when the tests notice less than 80 % of what was drawn, or 90 % of the others.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import shutil

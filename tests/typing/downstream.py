@@ -1,7 +1,5 @@
 """A program that uses every public name of explore, checked by ``mypy --strict`` as a user's own would be."""
 
-from __future__ import annotations
-
 import pickle
 import warnings
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Certify designs of results: each row, and that no design of a Pareto set dominates another."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """What a mechanism brings so that its designs can be certified."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Protocol
 

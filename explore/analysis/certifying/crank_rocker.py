@@ -1,7 +1,5 @@
 """Certificates of crank-rockers and double cranks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import cached_property
 

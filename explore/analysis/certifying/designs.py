@@ -1,7 +1,5 @@
 """One design in ball arithmetic: its numbers by name and formulas of them, with as many bits as they need."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np

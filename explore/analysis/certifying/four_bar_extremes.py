@@ -10,8 +10,6 @@ acceleration. Then the velocity and the same a period later, 2 pi/z, are equal a
 there the output follows one rocker for a period; where a stroke is shorter than a period it rests in between.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 from flint import arb, ctx, fmpq, fmpq_poly

@@ -6,8 +6,6 @@ into arctangents of multiples of y. Near kites, change points and tiny cranks th
 that. Other signals are integrands of rigorous integration.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from flint import acb, arb, fmpq

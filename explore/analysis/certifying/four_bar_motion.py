@@ -8,8 +8,6 @@ d^2 = C V, p = C (P - u), q = C (Q + u), V = D - u, w = sqrt((P - u)(Q + u)), an
 All is for branch 1; the motion of branch -1 at theta is the mirror of this one at -theta.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

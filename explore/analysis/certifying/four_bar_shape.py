@@ -1,7 +1,5 @@
 """Class and overall size of a four-bar in exact and in ball arithmetic."""
 
-from __future__ import annotations
-
 import math
 
 from flint import arb, fmpq

@@ -4,8 +4,6 @@
 halves the pieces. The variable is the half-tangent from the nearest multiple of pi, in which linkages are algebraic.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar

@@ -1,7 +1,5 @@
 """The mechanisms whose designs can be certified, each with the module of its certificates."""
 
-from __future__ import annotations
-
 from importlib import import_module
 
 from explore.analysis.certifying.contract import MakeCertificate

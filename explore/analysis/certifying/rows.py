@@ -1,7 +1,5 @@
 """What a row of results says, checked against enclosures: each number, the status, and feasibility."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager

@@ -8,8 +8,6 @@ its rates -r c/y and r B/y^3, B = s Y - r c^2 h. Y, N and B are polynomials in s
 where a signal turns.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Statistics of signals in ball arithmetic from their moments and extremes, and which stroke drives."""
 
-from __future__ import annotations
-
 from flint import arb
 
 from explore.analysis.certifying.balls import Enclosure, UndecidedError, UnprovedError

@@ -1,7 +1,5 @@
 """Polish one design: the best value of one objective that a local search reaches within the constraints."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -8,8 +8,6 @@ between the values with and without that correction. A full grid has every combi
 exact.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal

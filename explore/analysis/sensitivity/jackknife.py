@@ -1,7 +1,5 @@
 """Intervals from replicates, by leaving out one at a time."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import stdtrit
 

@@ -1,7 +1,5 @@
 """All that is computed of one design with tolerances."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ falls along each dimension all over the box, the extremes are corners and exact.
 search found: no proof that there is none beyond.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

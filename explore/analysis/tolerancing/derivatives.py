@@ -6,8 +6,6 @@ of a few hundredths of a length leave rounding errors only. Steps from half of t
 compete; where three in a row agree best, the first is taken, and their differences are its error, with a margin.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

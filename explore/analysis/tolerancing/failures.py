@@ -7,8 +7,6 @@ the ratio of its density to that of the draws. A fifth of the draws keep the lar
 failure elsewhere is bounded, and a region that the search missed shows in the interval.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

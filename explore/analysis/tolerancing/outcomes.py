@@ -1,7 +1,5 @@
 """What becomes of parts that are made from a design with tolerances."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager

@@ -6,8 +6,6 @@ difference of both one-sided slopes, their bend, is of the order of h/R of the s
 error. Where the bend is as large as the slope, the metric has a fold at the design and no derivative.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import partial
 

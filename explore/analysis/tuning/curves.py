@@ -1,7 +1,5 @@
 """A metric over one parameter: the runs of values at which it exists, their ends to the last bit, and its extremes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 

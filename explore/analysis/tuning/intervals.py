@@ -1,7 +1,5 @@
 """Where a metric is within a range: the intervals of the parameter, their ends by bracketed root finding."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """`explore atlas`: an atlas of coupler curves, as results."""
 
-from __future__ import annotations
-
 import shlex
 from pathlib import Path
 from typing import Annotated

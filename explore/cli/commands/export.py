@@ -1,7 +1,5 @@
 """`explore export`: write a design as files for CAD and other tools."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`explore jobs`: list the jobs of a service, or change one."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import typer

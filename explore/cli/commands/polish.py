@@ -1,7 +1,5 @@
 """`explore polish`: improve chosen designs in one objective by a local search."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`explore serve`: take studies over HTTP, sweep them one after the other, keep and show the results."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """The intersection of two circles by Heron's formula, in NumPy."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """The closed form of a mechanism's kernel, in which no large terms cancel, as a method."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

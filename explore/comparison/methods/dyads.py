@@ -1,7 +1,5 @@
 """The compiled simulation of cranks and dyads of pylinkage, one linkage at a time."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from importlib.util import find_spec

@@ -1,7 +1,5 @@
 """The loop of the four-bar linkage: crank + coupler = ground + rocker."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

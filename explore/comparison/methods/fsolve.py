@@ -1,7 +1,5 @@
 """`scipy.optimize.fsolve` on the vector loop at each crank angle, as users of SciPy write it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """Outcomes known from the exact geometry, before any method is run."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

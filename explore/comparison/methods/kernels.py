@@ -1,7 +1,5 @@
 """Compiled functions of mechanisms over many designs at once, and the rows that they fill."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

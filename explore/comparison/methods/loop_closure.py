@@ -1,7 +1,5 @@
 """Projection onto the closed loop, and detection of open loops, for the integrators."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

@@ -1,7 +1,5 @@
 """Newton's method on the vector loop, each crank angle starting from the solution at the previous one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

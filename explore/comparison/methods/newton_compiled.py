@@ -1,7 +1,5 @@
 """Newton's method of `explore.comparison.methods.newton`, compiled: the same iteration, one design after the other."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import ClassVar

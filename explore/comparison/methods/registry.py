@@ -1,7 +1,5 @@
 """All methods with the settings at which they are compared, and the loops that they solve."""
 
-from __future__ import annotations
-
 from explore.base.errors import RequestError
 from explore.base.suggest import suggestion
 from explore.comparison.methods.circle_intersection import CircleIntersection

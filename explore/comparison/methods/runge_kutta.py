@@ -3,8 +3,6 @@
 Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.1, table 1.2.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import ClassVar
 

@@ -1,7 +1,5 @@
 """The loop of the slider-crank: crank + rod = position of the slider + offset."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

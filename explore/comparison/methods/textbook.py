@@ -1,7 +1,5 @@
 """The textbook solution: law of cosines and arccos, or the root of the loop equation for an unknown length."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import ClassVar
 

@@ -4,8 +4,6 @@ Its derivative is the equation that publications integrate for the crank's lengt
 its matrix is singular, and the branch of a continuous motion changes its sign.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

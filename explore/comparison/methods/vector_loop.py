@@ -14,8 +14,6 @@ are on the first axis. Sums of large terms cancel where they do in textbooks (No
 6.7 and 7.3), as the comparison shows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple

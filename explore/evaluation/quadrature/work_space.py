@@ -3,8 +3,6 @@
 The arrays are made by NumPy: compiling their creation would take seconds.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

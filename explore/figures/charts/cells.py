@@ -1,7 +1,5 @@
 """Designs sorted into the cells of two parameters."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """An animation as one SVG without scripts: SMIL, one turn after the other."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The dimensions of a drawing: lengths of links, distances of pivots and guides, and how far the output goes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The formats by the endings of names, and `export`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 

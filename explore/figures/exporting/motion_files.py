@@ -1,7 +1,5 @@
 """The motion of a design as CSV, HDF5 and MATLAB files: signals and points over a turn, with their units."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """What moves in a drawing, at input angles over a turn: links, joints, sliders and bodies."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The drawing of a design at 1:1: links, limit positions, paths, curves of bodies, dimensions and notes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A drawing as SVG in millimetres at 1:1, a group for each layer."""
 
-from __future__ import annotations
-
 from html import escape
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Symbols of a drawing: pivots, guides, sliders and joints, sized by the height of its texts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

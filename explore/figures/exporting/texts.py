@@ -1,7 +1,5 @@
 """Where texts of a drawing stand: their boxes, and their direction, readable from below or from the right."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.figures.exporting.shapes import LETTER, Angle, Distance, Text, arc_points, rotation

@@ -1,7 +1,5 @@
 """The way of a point over a turn: a circle, an arc or a straight line where its vectors say so, a spline elsewhere."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

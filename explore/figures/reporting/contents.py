@@ -1,7 +1,5 @@
 """The data of a report: facts of the study, and its columns."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """The data that the page of a report draws one design from, for a page that gets designs one by one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from explore.base.errors import RequestError

@@ -1,7 +1,5 @@
 """Figures on the page of synthesised linkages, of the design that it shows first, drawn once by `figures.charts`."""
 
-from __future__ import annotations
-
 import base64
 import html
 from collections.abc import Iterator

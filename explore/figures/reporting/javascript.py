@@ -5,8 +5,6 @@ place of LANES. The part of Python that `close` and `fill` are written in suffic
 place, loops over ranges, conditions, and calls of other compiled functions.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import itertools

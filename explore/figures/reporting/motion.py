@@ -1,7 +1,5 @@
 """What a page needs to compute and draw the motion of a design: the mechanism's declaration and its functions."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import asdict

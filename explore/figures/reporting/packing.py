@@ -1,7 +1,5 @@
 """Columns as text in a page: bytes of equal significance together, deflated, in base64; without loss."""
 
-from __future__ import annotations
-
 import base64
 import zlib
 from typing import Any

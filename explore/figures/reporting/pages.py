@@ -1,7 +1,5 @@
 """The page of a report: the template, filled and written."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import html

@@ -1,7 +1,5 @@
 """The designs of a page: all, or of large files the Pareto-optimal ones and a uniform sample of the others."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ come from the second ones; `docs/published-study.md` has both. Unlike a coeffici
 angle, and falls with the swing.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.model.quantities import FloatArray, Formula

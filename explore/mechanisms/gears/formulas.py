@@ -1,7 +1,5 @@
 """Derived metrics of a gear pair: perimeter, teeth, and the smallest radius of curvature."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

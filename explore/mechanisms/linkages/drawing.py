@@ -1,7 +1,5 @@
 """How figures show a linkage: its points, links, slots and paths, from the table."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

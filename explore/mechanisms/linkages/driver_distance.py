@@ -5,8 +5,6 @@ distance is (g - c)^2 + 2 g c (1 - cos phi). From the driver's point to the fram
 the left of it, they are g - c + c (1 - cos phi) and -c sin phi apart.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from explore.mechanisms.linkages.graph import COSINE, SINE, VERSINES, Graph, Number, Series

@@ -13,8 +13,6 @@ at g + (+- sqrt((r - h)(r + h)) - n.w) n. RPR: the direction of a link follows f
 in its slot, v apart, at the distance e across: v (+- sqrt(D - e^2) - i e)/D in complex numbers, D = v.v.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import reduce
 

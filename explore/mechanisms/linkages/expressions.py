@@ -1,7 +1,5 @@
 """The expressions of a table as numbers of a graph, and their functions of constants."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 

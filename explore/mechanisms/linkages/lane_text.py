@@ -1,7 +1,5 @@
 """Numbers of a graph as the text of functions: what a design has, and what one of its angles has, in all lanes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 

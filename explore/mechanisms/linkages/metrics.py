@@ -1,7 +1,5 @@
 """Metrics of every linkage: strokes of its output, transmission angles, size, and where it assembles."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ The text is always that of this process: a file of the cache only gives Numba th
 a content of the text and of what it imports. A folder that others can write is not used.
 """
 
-from __future__ import annotations
-
 import hashlib
 import linecache
 import os

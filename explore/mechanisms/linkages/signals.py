@@ -1,7 +1,5 @@
 """The signals of a linkage: of its points, links, slots and joints, each with its number of the graph."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 

@@ -3,8 +3,6 @@
 Names of the table never enter the text: parameters, links and signals are rows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Statuses of designs of a linkage: two for each joint, and those of a turn and of strokes that are not there."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 
 from explore.model.status import OwnStatus

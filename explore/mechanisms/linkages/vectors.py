@@ -1,7 +1,5 @@
 """Vectors of the plane as pairs of numbers of a graph."""
 
-from __future__ import annotations
-
 from explore.mechanisms.linkages.graph import Number, Series
 
 #: Two coordinates of the design, mm.

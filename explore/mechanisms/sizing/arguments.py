@@ -1,7 +1,5 @@
 """Checks of the arguments of the sizing rules."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.base.errors import RequestError

@@ -1,7 +1,5 @@
 """Life of roller bearings after ISO 281: L10 = (C / P)^(10/3) million turns at a reliability of 90 %."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.mechanisms.sizing.arguments import Number, as_magnitude, as_positive

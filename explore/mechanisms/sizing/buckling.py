@@ -6,8 +6,6 @@ Mechanical Engineering Design, 10th ed., sections 4-12 and 4-13). The parabola r
 Roloff/Matek, which needs two more constants of the material.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.mechanisms.sizing.arguments import Number, as_magnitude, as_positive, as_ratio

@@ -4,8 +4,6 @@ After Shigley's Mechanical Engineering Design, 10th ed., chapter 6. The factors 
 polished specimen; the notch factor multiplies the stress amplitude.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.base.errors import RequestError

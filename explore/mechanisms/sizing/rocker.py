@@ -3,8 +3,6 @@
 N, mm, MPa. Area A = 2 t h, section modulus W = t h^2 / 3, second moment of area I = t h^3 / 6.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.mechanisms.sizing.arguments import Number, as_magnitude, as_positive

@@ -3,8 +3,6 @@
 A rod has the outer diameter D and the hollow ratio a = d/D of inner to outer diameter.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.mechanisms.sizing.arguments import Number, as_magnitude, as_positive, as_ratio

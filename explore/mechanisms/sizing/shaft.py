@@ -1,7 +1,5 @@
 """Pins and the eccentric shaft, in N, mm, MPa."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.mechanisms.sizing.arguments import Number, as_magnitude, as_positive

@@ -1,7 +1,5 @@
 """Whip of a coupler: bending by the inertia of its own mass between the pins."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.mechanisms.sizing.arguments import Number, as_magnitude

@@ -1,7 +1,5 @@
 """Metrics of targets: a compiled function measures designs at once, and each metric is a row of its measures."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass

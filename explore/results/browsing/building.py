@@ -1,7 +1,5 @@
 """Make the index of a results file: a pass over its blocks for the values, and one over these for the cells."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Cells of a column: ranges of values, so that two bytes a design answer most questions about the values."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Counts of designs by bins of one column or two, and single designs, exactly; several threads share a count."""
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable, Sequence

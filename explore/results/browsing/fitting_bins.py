@@ -3,8 +3,6 @@
 Bins of any other width hold now one value more and now one less, and a histogram of a grid becomes a comb.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

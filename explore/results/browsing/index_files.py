@@ -13,8 +13,6 @@ A block of 2^18 values is checked when it is first read. Its checksum goes on fr
 last one is that of the whole file.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -5,8 +5,6 @@ have to be looked at: loops note such rows and leave them to the caller. Rows an
 need no test for a negative index.
 """
 
-from __future__ import annotations
-
 from explore.base.compiling import compiled
 
 #: Value in `failed` of a design that fails the conditions of several groups.

@@ -1,7 +1,5 @@
 """Conditions by the column that they are on, for counts that leave out the conditions on the counted column itself."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

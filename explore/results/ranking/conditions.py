@@ -16,8 +16,6 @@ others were chosen. Columns in the same declared unit are compared as they are s
 # 'ſ' for 's', refuses a column 'lambda', ignores what follows '#', warns at '1or', and in '(a < 20 deg)' points at 'a';
 # the tokens below would still be needed to exclude all that.
 
-from __future__ import annotations
-
 import operator
 import re
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Selection of designs to rank: a condition, and limits that narrow the constraints of a sweep without a new one."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """Objectives from texts such as "cv" or "swing_angle:max"."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 
 from explore.base.errors import RequestError

@@ -1,7 +1,5 @@
 """Why designs are not ranked, in sentences."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from explore.results.ranking.rankings import Ranking

@@ -1,7 +1,5 @@
 """Few rows that stand for many: the Pareto set thinned evenly, and what is next to it where that is small."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

@@ -5,8 +5,6 @@ quartiles of its margin among the designs that have a motion. That distance depe
 constraint is, and a few extreme designs do not change it, as they do the largest margin and the standard deviation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np

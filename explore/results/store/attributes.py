@@ -1,7 +1,5 @@
 """Reading the attributes of a results file and of its columns, with limits on their types and lengths."""
 
-from __future__ import annotations
-
 import h5py
 from h5py import h5a, h5s
 

@@ -3,8 +3,6 @@
 HDF5 may return bytes that it cached earlier, and would run any filter that a foreign file names.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterable
 from typing import Any

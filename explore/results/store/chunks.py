@@ -4,8 +4,6 @@ They are compressed and decompressed here rather than by HDF5, which may load pl
 limit the length of what a chunk decompresses to.
 """
 
-from __future__ import annotations
-
 import zlib
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Create a results file: write it under an unfinished name, read it back, make it durable and rename it."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import os

@@ -1,7 +1,5 @@
 """Committed rows as an xarray dataset that reads a column when its values are needed. Needs xarray."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Describe the differences between two studies."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -3,8 +3,6 @@
 The number of kept designs is known only after the last block, so the file cannot be created earlier.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 from collections.abc import Iterator, Mapping, Sequence

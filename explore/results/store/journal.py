@@ -5,8 +5,6 @@ during a write may garble whole sectors of the disk. A damaged record is skipped
 damaged, the offset of the next record is unknown, so the rest of the file is cut off, like an incomplete last record.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import json

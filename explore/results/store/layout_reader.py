@@ -1,7 +1,5 @@
 """Read and check the layout of a results file, which may be damaged or forged."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import stat

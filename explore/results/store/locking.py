@@ -1,7 +1,5 @@
 """The lock of a results file, which its single writer holds."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

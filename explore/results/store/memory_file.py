@@ -1,7 +1,5 @@
 """Lay out a new results file in memory: everything but the columns' values."""
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Callable, Mapping, Sequence

@@ -3,8 +3,6 @@
 An unfinished file or folder is locked as long as its process lives, so that only those of dead ones are removed.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

@@ -1,7 +1,5 @@
 """Check that an open file still has its name: other programs may move, remove or replace it."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 from pathlib import Path

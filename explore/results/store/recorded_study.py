@@ -1,7 +1,5 @@
 """What a results file says of its study, as properties of results."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path

@@ -4,8 +4,6 @@ A record is the length of its content, the CRC-32 of length and content, and the
 text, and the bytes of the arrays that the text describes.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import struct

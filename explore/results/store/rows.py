@@ -3,8 +3,6 @@
 A block is read as a whole, and compared with its checksum, before the first values of it are handed out.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property

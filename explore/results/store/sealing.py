@@ -3,8 +3,6 @@
 All of them are fixed when the file is created, so that the checksum is in the file before it gets its name.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from hashlib import sha256

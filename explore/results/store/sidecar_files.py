@@ -1,7 +1,5 @@
 """The journal and the unfinished files beside a results file: names, signatures, moving them aside, removing them."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

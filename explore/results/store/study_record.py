@@ -1,7 +1,5 @@
 """The study of a results file: its attributes that are JSON texts, checked and parsed once."""
 
-from __future__ import annotations
-
 import json
 import math
 import sys

@@ -1,7 +1,5 @@
 """The units that the study of results chooses to show them in."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 

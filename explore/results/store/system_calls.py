@@ -5,8 +5,6 @@ Linux has all of them. Elsewhere space is reserved by writing zeros (slow, same 
 holder, no shared locks), and folders are not synchronised (a power cut may undo a rename, but loses no content).
 """
 
-from __future__ import annotations
-
 import errno
 import importlib
 import os

@@ -1,7 +1,5 @@
 """What all writers of results files share: they hold the lock, remove unfinished files and explain errors."""
 
-from __future__ import annotations
-
 import contextlib
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence

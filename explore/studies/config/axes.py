@@ -1,7 +1,5 @@
 """Read the section [parameters] as the axes of the design space."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Read the sections [sampling] and [parameters] as the design space."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from collections.abc import Collection, Mapping

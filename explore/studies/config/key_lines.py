@@ -1,7 +1,5 @@
 """The line of each key of a TOML text, which `tomllib` does not report, and a check of its depth before parsing."""
 
-from __future__ import annotations
-
 import bisect
 import re
 import tomllib

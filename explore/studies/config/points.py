@@ -1,7 +1,5 @@
 """Read the section [points]: the names of points of a floating link, and their coordinates as parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

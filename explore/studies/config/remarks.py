@@ -1,7 +1,5 @@
 """Remarks on a study that is valid, but may not say what its author means: each with its key, as problems have."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 

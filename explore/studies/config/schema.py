@@ -1,7 +1,5 @@
 """The sections and keys of a study file, and messages about invalid ones."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, TypeVar
 

@@ -1,7 +1,5 @@
 """Read the entry ``{ solve = "swing_angle", value = 20 }`` of a parameter: a length to solve for."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Read study files; the commented starter of each mechanism, and the study of an atlas."""
 
-from __future__ import annotations
-
 import os
 import re
 import warnings

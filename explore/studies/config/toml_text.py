@@ -1,7 +1,5 @@
 """Read, parse and write the TOML text of a study file."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

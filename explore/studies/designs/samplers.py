@@ -1,7 +1,5 @@
 """Samplers of the unit cube. Any range of points is computed from the numbers of the points alone."""
 
-from __future__ import annotations
-
 import functools
 import threading
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A linkage that another program draws in one position, and the study that describes it."""
 
-from __future__ import annotations
-
 import cmath
 import math
 import re

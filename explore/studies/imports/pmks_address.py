@@ -3,8 +3,6 @@
 The format is that of `string-transcoder.ts` of PMKS-Web/PMKSWeb.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from dataclasses import dataclass

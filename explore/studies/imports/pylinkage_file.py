@@ -1,7 +1,5 @@
 """Mechanisms of pylinkage, as its `mechanism_to_dict` and `mechanism_to_json` write them."""
 
-from __future__ import annotations
-
 import cmath
 import json
 import math

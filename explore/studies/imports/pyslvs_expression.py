@@ -4,8 +4,6 @@ A joint R joins all its links. RP is a pin of the other links in a slot of the f
 translate along the first one. Angles of slots are those in the drawn position.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 import re

@@ -1,7 +1,5 @@
 """The study of a linkage that another program wrote, by what its text looks like."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from explore.base.errors import RequestError

@@ -1,7 +1,5 @@
 """How each joint assembles, in the words of [linkage.branch]: a sign for each joint or slot that has two sides."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any

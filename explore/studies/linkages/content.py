@@ -1,7 +1,5 @@
 """The content of [linkage] that describes a table: `reading.read_table` reads it as the same table."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

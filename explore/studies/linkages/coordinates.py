@@ -1,7 +1,5 @@
 """Coordinates of tables: read from numbers and expressions, written as text again, and their values."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

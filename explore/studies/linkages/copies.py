@@ -1,7 +1,5 @@
 """Copies of all that hangs on the driver, at other phases of it: of a chain that several cranks of one shaft move."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Names of points, links, slots and parameters of a table: what they must not be."""
 
-from __future__ import annotations
-
 import re
 
 from explore.mechanisms.linkages.table import FRAME

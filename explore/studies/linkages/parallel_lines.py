@@ -1,7 +1,5 @@
 """Lines of a table that are to meet and are parallel in all designs: their joint has no place, or every place."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 
 from explore.base.errors import KeyPath, Problems

@@ -1,7 +1,5 @@
 """The parameters of a table: their units by how coordinates use them, what [linkage.parameters] says, and values."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any

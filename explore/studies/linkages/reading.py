@@ -1,7 +1,5 @@
 """Read the section [linkage] of a study as the table of a linkage, with all its mistakes at once."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """How each joint assembles, from a sketch: rough places of the points at one crank angle. Nothing is solved."""
 
-from __future__ import annotations
-
 import cmath
 import math
 from collections.abc import Iterable, Mapping

@@ -1,7 +1,5 @@
 """Read the bodies and joints of a table: points of the frame and of links, slots, and links that only translate."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field

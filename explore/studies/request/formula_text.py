@@ -11,8 +11,6 @@ The grammar is arithmetic only, so a text from an untrusted source runs no code:
 Sines, cosines and tangents take degrees and atan2 gives degrees, because all angles of a study are in degrees.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Mapping

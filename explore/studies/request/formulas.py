@@ -1,7 +1,5 @@
 """Metrics of the user's own: formulas over parameters, metrics and statistics, checked and put in order."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter

@@ -1,7 +1,5 @@
 """Read targets of the kind "function": the output angle as a function of the input angle."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path

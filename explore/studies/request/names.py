@@ -1,7 +1,5 @@
 """Find mechanisms, windows and metrics by name."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction

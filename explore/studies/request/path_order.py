@@ -4,8 +4,6 @@ The order looks wrong where a short tour through the points is both shorter and 
 fro, while the tour of a narrow loop or of a curve that crosses itself is shorter, but has sharper turns than the path.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

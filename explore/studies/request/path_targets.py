@@ -1,7 +1,5 @@
 """Read targets of the kind "path": a path that a point of the floating link is to follow."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, get_args

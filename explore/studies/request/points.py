@@ -1,7 +1,5 @@
 """Points of a floating link by name: those of a study, of a request and of results."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from explore.base.errors import RequestError

@@ -1,7 +1,5 @@
 """Read targets of the kind "poses": places and angles that the floating link is to carry a body through."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Resolve the names of a request and of objectives, and check their numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Parts of the section [target] of a study: its point, lists of numbers and of places."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path

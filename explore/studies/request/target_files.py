@@ -9,8 +9,6 @@
 * Rows without content and lines that begin with # are left out; a byte-order mark may lead.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Sequence

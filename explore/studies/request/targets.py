@@ -1,7 +1,5 @@
 """Targets of a study, of a request and of results: read, checked against the mechanism, and found again."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any

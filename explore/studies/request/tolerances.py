@@ -1,7 +1,5 @@
 """Tolerances of parameters: how far a made part may be from its design."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, get_args

@@ -1,7 +1,5 @@
 """Names that a user gives to formulas and points: what they must not be."""
 
-from __future__ import annotations
-
 import re
 
 from explore.model.mechanism import Mechanism

@@ -1,7 +1,5 @@
 """Krawczyk's test in balls of as many digits as a solution needs; see `certificates`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Classes of solutions: each linkage occurs with its dyads in both orders and with its two cognates, six times."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

@@ -1,7 +1,5 @@
 """Solutions of the equations of nine points as four-bar linkages."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from explore.model.quantities import FloatArray

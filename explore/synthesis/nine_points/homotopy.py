@@ -1,7 +1,5 @@
 """The solutions of a generic problem of nine points, followed to those of the problem of given points."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import lru_cache

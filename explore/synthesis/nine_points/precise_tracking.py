@@ -6,8 +6,6 @@ the last solutions on the path, the corrector Newton's method; the first correct
 its end a solution is a sum of powers of what is left of the path, so the polynomial is one of the logarithm of that.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

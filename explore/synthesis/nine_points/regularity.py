@@ -1,7 +1,5 @@
 """The equations of nine points by plain arithmetic, and whether a solution is a regular one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

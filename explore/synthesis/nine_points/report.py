@@ -1,7 +1,5 @@
 """All linkages through nine points, simulated: how each passes the points, and what is complete and proved."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

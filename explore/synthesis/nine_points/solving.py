@@ -1,7 +1,5 @@
 """All linkages through nine points."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

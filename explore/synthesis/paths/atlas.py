@@ -4,8 +4,6 @@ Shapes have a crank of 1. A curve is described by the Fourier coefficients of it
 their magnitudes do not change with place, turn, start and sense of travel, nor their ratios with size.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Four-bars through many points or poses: curves of an atlas laid over the path, and the best of them improved."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache

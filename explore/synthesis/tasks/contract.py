@@ -1,7 +1,5 @@
 """What a type of task is, and what a task of it has."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

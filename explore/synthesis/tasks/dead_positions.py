@@ -1,7 +1,5 @@
 """Task "dead-positions": crank-rockers with a given swing and time ratio."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

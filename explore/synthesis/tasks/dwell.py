@@ -1,7 +1,5 @@
 """Task "dwell": crank-rockers whose coupler point moves along an arc, so that a slider that a link ties to it rests."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Task "function": four-bars whose rocker turns as a function of what their crank turns."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Task "motion": four-bars whose coupler carries a body through poses."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Task "path": four-bars whose coupler point passes points in order."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

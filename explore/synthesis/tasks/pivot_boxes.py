@@ -1,7 +1,5 @@
 """Boxes that the fixed pivots of candidates have to be in."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

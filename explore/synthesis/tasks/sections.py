@@ -1,7 +1,5 @@
 """Read the keys of a section of a task file; every mistake becomes a problem with its key."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Task "slider-path": slider-cranks with a point of the rod that passes points in order."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

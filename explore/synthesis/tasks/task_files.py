@@ -1,7 +1,5 @@
 """Read task files."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from collections.abc import Mapping

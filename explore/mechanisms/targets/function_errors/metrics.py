@@ -1,7 +1,5 @@
 """The metrics of a function as a target: a mechanism gives the angle of its output, everything else is here."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

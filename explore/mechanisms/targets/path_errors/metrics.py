@@ -1,7 +1,5 @@
 """The metrics of a path as a target: a mechanism gives the curve of its point, everything else is here."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 
