@@ -6,7 +6,7 @@ slider, rod, pin and disc, the drive torque from the balance of power. No formul
 
 from itertools import pairwise
 
-from exact_loads import Loaded, _cross, _dot, _plus, _turned
+from exact_loads import Loaded, _cross, _dot, _length, _plus, _turned
 from flint import arb
 
 #: Smoothsteps by order, as coefficients of powers from 0.
@@ -140,7 +140,7 @@ class ExactGroove(Loaded):
         at_pin = _plus(at_slider, of_rod)
         carried = _plus(at_pin, of_pin)  # = slot around + groove normal
         normal = pin_velocity[1], -pin_velocity[0]
-        length = _dot(normal, normal).sqrt()
+        length = _length(normal)
         normal = normal[0] / length, normal[1] / length
         determinant = _cross(around, normal)
         slot, groove = _cross(carried, normal) / determinant, _cross(around, carried) / determinant
@@ -151,8 +151,8 @@ class ExactGroove(Loaded):
         )  # fmt: skip
         return {
             "thrust": at_slider[0], "guide_force": guide, "groove_force": groove, "slot_force": slot,
-            "crank_pin_force": _dot(at_pin, at_pin).sqrt(), "slider_pin_force": _dot(at_slider, at_slider).sqrt(),
-            "disc_pivot_force": _dot(at_disc, at_disc).sqrt(), "drive_torque": power / w, "drive_power": power,
+            "crank_pin_force": _length(at_pin), "slider_pin_force": _length(at_slider),
+            "disc_pivot_force": _length(at_disc), "drive_torque": power / w, "drive_power": power,
             "positive_power": power if bool(power > 0) else arb(0),
             # without abs(), which has no digits of a velocity of 0
             "friction_power": (friction + self["opposing_force"]) * sense * velocity

@@ -38,6 +38,11 @@ def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1]
 
 
+def _length(a):
+    """Of a vector, which may be 0 up to its last digits, where the ball of its square is not all positive."""
+    return abs(_dot(a, a).mid()).sqrt()
+
+
 def _plus(a, b, factor=1):
     return a[0] + factor * b[0], a[1] + factor * b[1]
 
@@ -263,7 +268,7 @@ class ExactFourBar(Loaded):
             "rocker_moment": _cross(dc, fc),
             "drive_torque": torque, "power": power, "positive_power": power if bool(power > 0) else arb(0),
             "friction_power": self["opposing_torque"] * abs(w3) + self["damping"] * w3 * w3,
-            **{f"pin_force_{pin}": _dot(f, f).sqrt() for pin, f in zip("abcd", (fa, fb, fc, fd), strict=True)},
+            **{f"pin_force_{pin}": _length(f) for pin, f in zip("abcd", (fa, fb, fc, fd), strict=True)},
         }  # fmt: skip
 
     @staticmethod
@@ -339,6 +344,6 @@ class ExactSliderCrank(Loaded):
             "positive_power": power if bool(power > 0) else arb(0),
             "friction_power": (friction + self["opposing_force"]) * abs(velocity)
             + self["damping"] * velocity * velocity,
-            "crank_pivot_force": _dot(fa, fa).sqrt(), "crank_pin_force": _dot(fb, fb).sqrt(),
-            "slider_pin_force": _dot(fc, fc).sqrt(),
+            "crank_pivot_force": _length(fa), "crank_pin_force": _length(fb),
+            "slider_pin_force": _length(fc),
         }  # fmt: skip
