@@ -93,7 +93,7 @@ def tolerance(
 
 
 def check_target(plan: TolerancePlan, path: Path | str | None, *, restart: bool) -> Path | None:
-    """The new results file, refused where it exists, before anything is computed; a killed run's is continued."""
+    """The results file, refused before anything is computed where it has something else; a killed run's is finished."""
     if path is None:
         return None
     target = Path(path)

@@ -192,12 +192,12 @@ def write_toleranced(
 
 
 def is_continued(path: Path, source: Results, attributes: Mapping[str, object]) -> bool:
-    """Whether a file is unfinished, as a kill leaves it, and of this analysis; its values are known only at the end."""
+    """Whether a file is of this analysis, such as an unfinished one; its values are known only at the end."""
     try:
         old = open_results(path)
     except ResultsError:  # of another program, or damaged
         return False
-    if old.is_complete or old.attributes.get("sampler") != _SAMPLER:
+    if old.attributes.get("sampler") != _SAMPLER:
         return False
     stored = json.loads(str(old.attributes["determines"]))
     content = _content(source, attributes, stored["tolerances"]["sha256"])
