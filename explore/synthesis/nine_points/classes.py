@@ -11,6 +11,8 @@ from explore.synthesis.nine_points.equations import N_POINTS
 N_CLASSES = 1442
 #: Distance of keys of one class; ill-conditioned keys are off by 1e-7, different classes were 5e-3 apart and more.
 SAME = 1e-5
+#: Rounding of vectors between points, in units of their size.
+_ROUNDING = 4.0 * np.finfo(np.float64).eps
 
 
 @np.errstate(all="ignore")  # as of `keys`
@@ -85,17 +87,24 @@ def distinct(solutions: ComplexArray, tolerance: float = 1e-7) -> npt.NDArray[np
     return np.array(kept, dtype=np.intp)
 
 
+def link_vectors(solutions: ComplexArray) -> ComplexArray:
+    """The vectors of the six links and their hats, shape (12, n)."""
+    parts = [[solutions[:, k + o] for k in (0, 2, 4, 6)] for o in (0, 1)]
+    return np.array([vector for x, a, y, b in parts for vector in (x, y, x - y, x - a, y - b, a - b)])
+
+
 @np.errstate(all="ignore")  # as above
 def is_degenerate(solutions: ComplexArray, tolerance: float) -> npt.NDArray[np.bool_]:
     """Whether solutions are none of a linkage: a link without length, equal dyads, or not finite."""
-    bad = ~np.isfinite(solutions).all(axis=1)
-    for o in (0, 1):
-        x, a, y, b = (solutions[:, k + o] for k in (0, 2, 4, 6))
-        # A large linkage, nearly one with a slider, may have a link of the size of the points.
-        size = np.clip(np.abs([x, a, y, b]).max(axis=0), 1e-300, 100.0)
-        for length in (x, y, x - y, x - a, y - b, a - b):
-            bad |= np.abs(length) < tolerance * size
-    return np.asarray(bad)
+    # A large linkage, nearly one with a slider, may have a link of the size of the points.
+    sizes = [np.clip(np.abs(solutions[:, o::2]).max(axis=1), 1e-300, 100.0) for o in (0, 1)]
+    is_short = np.abs(link_vectors(solutions)) < tolerance * np.repeat(sizes, 6, axis=0)
+    return np.asarray(is_short.any(axis=0) | ~np.isfinite(solutions).all(axis=1))
+
+
+def has_point(solutions: ComplexArray) -> npt.NDArray[np.bool_]:
+    """Whether a link is so short that the rounding of the points may be all of it."""
+    return np.asarray((np.abs(link_vectors(solutions)) < _ROUNDING).any(axis=0))
 
 
 @np.errstate(all="ignore")  # as above

@@ -10,7 +10,7 @@ from explore.base.errors import RequestError
 from explore.model.progress import ReportProgress
 from explore.synthesis.linkages import ComplexArray, FourBar
 from explore.synthesis.nine_points.certificates import Certificates, certify
-from explore.synthesis.nine_points.classes import N_CLASSES, SAME, distinct
+from explore.synthesis.nine_points.classes import N_CLASSES, SAME, distinct, has_point
 from explore.synthesis.nine_points.endgame import DEGENERATE, INFINITE, LOST, REGULAR, SINGULAR
 from explore.synthesis.nine_points.equations import N_POINTS
 from explore.synthesis.nine_points.four_bars import distance_from_real, linkages_of
@@ -139,6 +139,7 @@ def _with_short_links(ends: Ends, points: ComplexArray, size: float) -> Ends:
     """The ends, of which those at a link that seems to be a point are regular where a linkage is proved there."""
     rows = np.flatnonzero((ends.fates == DEGENERATE) & np.isfinite(ends.solutions).all(axis=1))
     fates = ends.fates.copy()
-    fates[rows[certify(ends.solutions[rows], points, size).is_proved]] = REGULAR
+    proofs = certify(ends.solutions[rows], points, size)
+    fates[rows[proofs.is_proved & ~has_point(proofs.centres)]] = REGULAR
     fates[is_repeated(ends.solutions, fates == REGULAR)] = LOST
     return replace(ends, fates=fates)
