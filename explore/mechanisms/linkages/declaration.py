@@ -130,11 +130,6 @@ def _declare(
     rate = _rate_of(equations, output, change) if needs_stroke else ()
     source = write_source(equations, outputs, links, joints, rate, tells_reach=tells_reach)
     module = load_module(source.text)
-    parameters = tuple(
-        Parameter(p.name, p.unit, p.meaning or p.name.replace("_", " "), p.default, p.lower, p.upper)
-        for p in table.parameters
-    )
-    names = [signal.name for signal in signals]
     formulas = declare_formulas(table, signals, mover, axis)
     defaults = [f"{output}_rms", f"{output}_peak", f"{change}_peak"]
     if any(formula.name == "transmission_angle_min" for formula in formulas):
@@ -142,7 +137,7 @@ def _declare(
     return Mechanism(
         name=f"linkage-{table.digest[:12]}",
         summary="a planar linkage that a table describes",
-        parameters=(*parameters, SPEED),
+        parameters=(*_parameters(table), SPEED),
         signals=signals,
         metrics=CLOSED_METRICS,
         formulas=formulas,
@@ -152,10 +147,7 @@ def _declare(
         marks={"least": LEAST_ROW, "greatest": GREATEST_ROW},
         default_window="cycle",
         output_signals={"": output},
-        zero_mean=frozenset(
-            [(name, "cycle") for name in names if _returns(name, table)]
-            + [(change, window) for window in ("drive", "return", *_STROKES)]
-        ),
+        zero_mean=_zero_means(table, signals, change),
         default_metrics={"": tuple(defaults)},
         objectives=tuple(defaults[:1] + defaults[-1:]),
         kernel_version=f"{_VERSION}-{table.digest[:16]}",
@@ -163,7 +155,7 @@ def _declare(
         n_constants=source.n_constants,
         keeps_constants=True,
         takes_interval=True,
-        rows=_record_rows(source, [p.name for p in parameters]),
+        rows=_record_rows(source, [each.name for each in table.parameters]),
         signal_rows=len(outputs),
         close=module.close,
         fill=module.fill,
@@ -175,6 +167,19 @@ def _declare(
         specialise=_Kernels(table),
         origin=table,
     )
+
+
+def _parameters(table: LinkageTable) -> list[Parameter]:
+    return [
+        Parameter(p.name, p.unit, p.meaning or p.name.replace("_", " "), p.default, p.lower, p.upper)
+        for p in table.parameters
+    ]
+
+
+def _zero_means(table: LinkageTable, signals: Sequence[Signal], change: str) -> frozenset[tuple[str, str]]:
+    """Signals and windows of a mean of exactly 0: rates over the turn, and the change of the output over a stroke."""
+    rates = [(signal.name, "cycle") for signal in signals if _returns(signal.name, table)]
+    return frozenset([*rates, *((change, window) for window in ("drive", "return", *_STROKES))])
 
 
 def _last_mover(table: LinkageTable) -> tuple[str, str]:

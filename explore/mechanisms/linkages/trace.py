@@ -1,0 +1,190 @@
+"""What is known of a linkage while its steps are taken: places, directions, factors, and what amplifies errors."""
+
+from dataclasses import dataclass, field, replace
+from functools import reduce
+
+from explore.mechanisms.linkages.driver_distance import DriverDistance, Input, find_distance
+from explore.mechanisms.linkages.expressions import read_expression
+from explore.mechanisms.linkages.graph import Graph, Number, Series
+from explore.mechanisms.linkages.steps import SlideLine
+from explore.mechanisms.linkages.table import FRAME, LinkageTable, Place, Slide, Slot
+from explore.mechanisms.linkages.vectors import Local, Vector, dot, larger, length, minus
+
+
+@dataclass(frozen=True)
+class Factor:
+    """What must stay positive over the turn for a joint to assemble.
+
+    Attributes
+    ----------
+    joint
+        The point or slot.
+    value
+        The factor.
+    size
+        Size of the terms that it is the difference of; None where it has no terms of both signs.
+    of_lines
+        Whether it vanishes where two lines become parallel.
+    """
+
+    joint: str
+    value: Series
+    size: Number | None
+    of_lines: bool = False
+
+
+@dataclass
+class Trace:
+    """What is known of a linkage while its steps are taken.
+
+    Attributes
+    ----------
+    points
+        Places in the plane, mm.
+    directions
+        Unit vectors of the x axes of bodies.
+    transmission
+        For each joint, sine and cosine of its transmission angle times a positive number.
+    factors
+        In the order in which joints are solved.
+    squares
+        Squares of distances that are divided by, and so must not vanish, at complex angles either.
+    size
+        Sum of the distances of all points of bodies from the first of each, mm.
+    """
+
+    table: LinkageTable
+    graph: Graph = field(default_factory=Graph)
+    points: dict[str, Vector] = field(default_factory=dict)
+    directions: dict[str, Vector] = field(default_factory=dict)
+    transmission: dict[str, tuple[Number, Number]] = field(default_factory=dict)
+    factors: list[Factor] = field(default_factory=list)
+    squares: list[Series] = field(default_factory=list)
+    size: Number = field(init=False)
+
+    def __post_init__(self) -> None:
+        graph = self.graph
+        self._angle = Input(graph)
+        zero, one = graph.constant(0.0), graph.constant(1.0)
+        self._signs = dict(self.table.signs)
+        self._local = {
+            body.name: {point: self._read(place) for point, place in body.points} for body in self.table.bodies
+        }
+        self.size = self._total_distance()
+        self._conditions: dict[str, Number] = {}
+        self._conditions_of_links: dict[str, Number] = {}
+        self._made_by: dict[str, str] = {}
+        self._origins: dict[str, tuple[Vector, Vector]] = {}
+        self._pivot = ""
+        self._zero = Series.still(zero), Series.still(zero)
+        self.directions[FRAME] = (Series.still(one), self._zero[1])
+        self._origins[FRAME] = (self._zero, self._zero)
+        for point, place in self._local[FRAME].items():
+            self._know(point, place, one, FRAME)
+
+    @property
+    def condition(self) -> Number:
+        """Square of what errors of lengths are amplified by, over those of places and directions: the largest."""
+        return reduce(larger, [*self._conditions.values(), *self._conditions_of_links.values()])
+
+    def slot_position(self, slot: Slot) -> Series:
+        """The place of the pin from the first end of a slot towards the second, mm."""
+        start, direction = self._line(slot)
+        return dot(minus(self.points[slot.pin], start), direction)
+
+    # coordinates of the design
+
+    def _total_distance(self) -> Number:
+        total = self.graph.constant(0.0)
+        for body, (first, *others) in ((name, [*points]) for name, points in self._local.items() if points):
+            for point in others:
+                x, y = (part.terms[0] for part in self.between(body, first, point))
+                total = total + abs(x) + abs(y)
+        return total
+
+    def _read(self, place: Place) -> Vector:
+        x, y = (Series.still(read_expression(self.graph, coordinate)) for coordinate in place)
+        return x, y
+
+    def between(self, body: str, start: str, end: str) -> Vector:
+        """From one point of a body to another, in its coordinates, mm."""
+        return minus(self._local[body][end], self._local[body][start])
+
+    # places in the plane
+
+    def _know(self, point: str, place: Vector, condition: Number, maker: str) -> None:
+        self.points[point], self._conditions[point], self._made_by[point] = place, condition, maker
+
+    def _in_plane(self, body: str, local: Vector) -> Vector:
+        """The place of a point of a posed body."""
+        (x, y), origin = self._origins[body]
+        dx, dy = minus(local, origin)
+        cosine, sine = self.directions[body]
+        return x + (cosine * dx - sine * dy), y + (cosine * dy + sine * dx)
+
+    def _condition_of(self, body: str) -> Number:
+        """The largest condition of the points that a body hangs at, and of its direction."""
+        known = [self._conditions[point] for point in self._local[body] if point in self._conditions]
+        result = self._conditions_of_links.get(body, self.graph.constant(1.0))
+        for condition in known:
+            result = larger(result, condition)
+        return result
+
+    def _direction(self, body: str, along: Vector) -> Vector:
+        """A unit vector along a direction of a body."""
+        inverse = length(along).inverse()
+        nx, ny = along[0] * inverse, along[1] * inverse
+        cosine, sine = self.directions[body]
+        return cosine * nx - sine * ny, cosine * ny + sine * nx
+
+    def _ends(self, slot: Slot) -> tuple[Vector, Vector]:
+        """The ends of a slot in the coordinates of its body."""
+        first, second = (self._local[slot.body][end] if isinstance(end, str) else self._read(end) for end in slot.along)
+        return first, second
+
+    def _line(self, locus: Slot | SlideLine) -> tuple[Vector, Vector]:
+        """A point of a line and its unit direction."""
+        if isinstance(locus, Slot):
+            first, second = self._ends(locus)
+            return self._in_plane(locus.body, first), self._direction(locus.body, minus(second, first))
+        slide = locus.slide
+        return self._in_plane(slide.body, self._local[slide.link][locus.point]), self._slide_direction(slide)
+
+    def _slide_direction(self, slide: Slide) -> Vector:
+        return self._direction(slide.body, self._read(slide.direction))
+
+    # factors
+
+    def _add_line_factor(self, joint: str, sine: Series, inherited: Number) -> Number:
+        """Two lines meet unless they are parallel; return the condition of what they place."""
+        square = sine * sine
+        own = inherited / square.terms[0]
+        self._add_factor(Factor(joint, square, self.graph.constant(1.0), of_lines=True), inherited)
+        return own
+
+    def _add_factor(self, factor: Factor, inherited: Number) -> None:
+        """Note a factor; its terms have the errors of the places that it follows from."""
+        size = None if factor.size is None else factor.size * inherited.sqrt()
+        self.factors.append(replace(factor, size=size))
+
+    def _sign(self, joint: str) -> int:
+        return self._signs.get(joint, 1)
+
+    def _distance(self, a: str, b: str) -> tuple[DriverDistance, float] | None:
+        """The distance of two points if one is of the frame and one of the driver, and the sense of it from a to b."""
+        for still, moving, sense in ((a, b, -1.0), (b, a, 1.0)):
+            if self._pivot and self._made_by.get(still) == FRAME and self._made_by.get(moving) == self.table.driver:
+                ground = _local(self.between(FRAME, self._pivot, still))
+                crank = _local(self.between(self.table.driver, self._pivot, moving))
+                distance = find_distance(self._angle, ground, crank)
+                return (distance, sense) if distance else None
+        return None
+
+    def _exact_sum(self, *terms: Series) -> Number:
+        """A sum of the design, rounded once."""
+        return self.graph.exact_sum(*(term.terms[0] for term in terms))
+
+
+def _local(vector: Vector) -> Local:
+    """A vector of a body that does not depend on the input angle."""
+    return vector[0].terms[0], vector[1].terms[0]
