@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import importlib
 import resource
+import signal
 import socket
 import time
 from pathlib import Path
@@ -216,7 +217,7 @@ ATTACKS = {
     ],
 )
 def test_clients_without_a_token_keep_out_nobody_who_has_one(attack, count, tmp_path):
-    """The client asks on one connection that stays, and on a new one each time."""
+    """The client asks on one connection that stays, on a new one each time, and just before all others connect."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     with Served(tmp_path / "served") as server, contextlib.ExitStack() as attackers:
         resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 4096), hard))
@@ -224,6 +225,15 @@ def test_clients_without_a_token_keep_out_nobody_who_has_one(attack, count, tmp_
         host, port = server.url.removeprefix("http://").split(":")
         sent, slowest = ATTACKS[attack].replace(b"{host}", f"{host}:{port}".encode()), 0.0
         with server.client() as client:
+            client.get("/api/jobs").raise_for_status()
+            server.process.send_signal(signal.SIGSTOP)
+            first, *_ = (
+                attackers.enter_context(socket.create_connection((host, int(port)), timeout=60)) for _ in range(count)
+            )
+            first.sendall(f"GET /api/jobs HTTP/1.0\r\nHost: {host}:{port}\r\n".encode())
+            first.sendall(f"Authorization: Bearer {server.token}\r\n\r\n".encode())
+            server.process.send_signal(signal.SIGCONT)
+            assert first.recv(100).startswith(b"HTTP/1.1 200")
             for number in range(count):
                 attacker = attackers.enter_context(socket.create_connection((host, int(port)), timeout=5))
                 with contextlib.suppress(ConnectionError):

@@ -38,6 +38,10 @@ _OLDER_LOGS = 4
 _PATIENCE = 5
 #: Number of files and connections to allow at a time, where the system lets it.
 _MOST_OPEN = 65_536
+#: Number of connections that are accepted before any is read; a new one does not give way to a few times as many.
+_AT_ONCE = 32
+#: Number of connections that the system keeps until they are accepted.
+_MOST_QUEUED = 2048
 
 
 @dataclass(frozen=True)
@@ -129,6 +133,12 @@ class _Server(uvicorn.Server):
         super().__init__(config)
         self._events = events
 
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Let the system keep more connections than asyncio accepts at once, which has one number for both."""
+        await super().startup(sockets)
+        for listener in sockets or []:
+            listener.listen(_MOST_QUEUED)
+
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Let watchers see that the service stops, which would otherwise wait for the next event."""
         self._events.wake()
@@ -175,6 +185,7 @@ def _config(application: Any, place: Place) -> uvicorn.Config:
         log_level="critical",
         server_header=False,
         proxy_headers=False,
+        backlog=_AT_ONCE,
         timeout_graceful_shutdown=_PATIENCE,
         ssl_certfile=place.certificate,
         ssl_keyfile=place.key,
