@@ -25,6 +25,7 @@ from linkage_cases import (
 
 import explore
 from explore import Linkage
+from explore.base.errors import MotionError
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.linkages.metrics import REACH_NAMES
 from explore.studies.request.requests import make_request
@@ -93,6 +94,23 @@ def test_signals_of_a_simulation_equal_the_reference():
             if name in motion:
                 assert row[name] == pytest.approx(float(value), rel=1e-12, abs=1e-11), (degrees, name)
     assert {"ram_position", "lever_angle", "S_transmission_angle", "D_curvature"} <= set(motion)
+
+
+def test_a_blocked_linkage_is_simulated_where_it_assembles():
+    """A ram whose link reaches its line near the middle of the stroke: the lever's motion is that of a long link."""
+    linkage, values = linkage_of(CASES["crank-shaper"]), values_of(CASES["crank-shaper"])
+    angles, short = [80.0, 90.0, 100.0], values | {"link": 20.0}
+    motion = explore.simulate(linkage, short, angles=angles)
+    assert np.hypot(motion["S_x"] - motion["D_x"], motion["S_y"] - motion["D_y"]).to_numpy() == pytest.approx(20.0)
+    whole = explore.simulate(linkage, values, angles=angles)
+    assert motion["lever_acceleration"].equals(whole["lever_acceleration"])
+    assert len(explore.simulate(linkage, short, angles=[85.0])) == 1
+    with pytest.raises(MotionError, match=r"no motion from 90 to 180 deg: .* S is out of reach"):
+        explore.simulate(linkage, short, angles=[90.0, 180.0])
+    with pytest.raises(MotionError, match=r"no motion at 180 deg: .* S is out of reach"):
+        explore.simulate(linkage, short, angles=[180.0])
+    with pytest.raises(MotionError, match=r"no full turn to simulate: .* S is out of reach"):
+        explore.simulate(linkage, short, angles=12)
 
 
 def _statuses():

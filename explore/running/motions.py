@@ -16,19 +16,25 @@ from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Signal
 from explore.model.status import Status
+from explore.model.window import Window
 
 
 def motion_signals(
-    mechanism: Mechanism, columns: Arrays, input_angle: FloatArray, method: str, tolerance: float
+    mechanism: Mechanism,
+    columns: Arrays,
+    input_angle: FloatArray,
+    method: str,
+    tolerance: float,
+    interval: Window | None = None,
 ) -> tuple[Arrays, str]:
-    """Solve the motion of one design that can make a full turn, with parameters of shape (1,), at angles (t,) in deg.
+    """Solve the motion of one design with parameters of shape (1,), at angles (t,) in deg.
 
-    By `method` and `tolerance` of `explore.simulate`. The first result has the signals in declared units, each of shape
-    (t,), except those that exist only behind clutches; and, where a kernel of their own fills them, those under load of
-    a design without one, without the strokes they need, or whose status under load is that of no unique forces. By
-    another method than the closed form those that follow from the unknowns of the mechanism's loop. The second is the
-    name and the setting of the method. A `RequestError` says that there is no such method, that it does not solve the
-    mechanism, or that it needs ascending crank angles.
+    It can make a full turn, or moves over the interval. By `method` and `tolerance` of `explore.simulate`. The first
+    result has the signals in declared units, each of shape (t,), except those that exist only behind clutches; and,
+    where a kernel of their own fills them, those under load of a design without one, without the strokes they need, or
+    whose status under load is that of no unique forces. By another method than the closed form those that follow from
+    the unknowns of the mechanism's loop. The second is the name and the setting of the method. A `RequestError` says
+    that there is no such method, that it does not solve the mechanism, or that it needs ascending crank angles.
     """
     if not 0.0 < tolerance < 1.0:
         raise RequestError(f"tolerance = {tolerance:g}; give a number between 0 and 1")
@@ -45,7 +51,7 @@ def motion_signals(
     if _status(mechanism.kernel_of(filled), columns) != status:
         filled = [signal for signal in filled if not signal.depends_on_load]
     if isinstance(solver, ClosedForm):
-        rows = dict(enumerate(_closed_form(mechanism.kernel_of(filled), inputs, input_angle)))
+        rows = dict(enumerate(_closed_form(mechanism.kernel_of(filled), inputs, input_angle, interval)))
     elif mechanism.points:
         raise RequestError(f"points have only the closed form; leave out method={method!r}, or the points")
     else:
@@ -63,10 +69,12 @@ def _has_load(signal: Signal, inputs: dict[str, float]) -> bool:
     return not signal.required_loads or any(inputs[name] != 0.0 for name in signal.required_loads)
 
 
-def _closed_form(mechanism: Mechanism, inputs: dict[str, float], input_angle: FloatArray) -> FloatArray:
+def _closed_form(
+    mechanism: Mechanism, inputs: dict[str, float], input_angle: FloatArray, interval: Window | None
+) -> FloatArray:
     """Rows of the signals at input angles in degrees, shape (s, t)."""
     geometry = np.array([[inputs[p.name]] for p in mechanism.kernel_parameters])
-    constants = np.ascontiguousarray(mechanism.constants(geometry)[:, 0])
+    constants = np.ascontiguousarray(mechanism.evaluate_closed_form(geometry, interval).constants[:, 0])
     input_angle = np.fmod(input_angle, 360.0)  # whole turns are exact in degrees, and would not be in radians
     # The offset from the anchor or its opposite, whichever is nearer, keeps all digits of sine and cosine; half turns
     # are taken off first, because the offset of an angle beside the opposite would be rounded.
@@ -132,6 +140,12 @@ def mark_angles(mechanism: Mechanism, columns: Arrays) -> dict[str, float]:
     offsets = {name: 2.0 * np.arctan(constants[row]) for name, row in mechanism.marks.items()}
     angles = {name: float(np.rad2deg(mechanism.anchor_angle + offset)) for name, offset in offsets.items()}
     return {name: angle for name, angle in angles.items() if np.isfinite(angle)}
+
+
+def moves_over(mechanism: Mechanism, columns: Arrays, interval: Window) -> bool:
+    """Whether one design of a mechanism that takes an interval has a motion over it."""
+    status = int(mechanism.evaluate_closed_form(_geometry(mechanism, columns), interval).status[0])
+    return status == Status.OK or (status in mechanism.statuses and mechanism.statuses[status].lacks_strokes)
 
 
 def _status(mechanism: Mechanism, columns: Arrays) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -23,15 +24,17 @@ from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
 from explore.model.points import COORDINATES
 from explore.model.progress import ReportProgress
+from explore.model.quantities import FloatArray
 from explore.model.status import Status
+from explore.model.window import Window
 from explore.results.ranking.rankings import RankRequest, rank_source
 from explore.results.ranking.reasons import warning_of_nothing
 from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
-from explore.running.motions import motion_signals
+from explore.running.motions import motion_signals, moves_over
 from explore.running.runs import Keep, run_study
 from explore.running.workers import find_workers, report_counts
-from explore.studies.request.names import find_mechanism
+from explore.studies.request.names import find_mechanism, make_window
 from explore.studies.request.parameters import parameter_columns, read_value
 from explore.studies.request.requests import make_objective, make_request
 from explore.studies.request.targets import TargetOrSection
@@ -227,7 +230,8 @@ def simulate(
     target
         The target of the design's study: it adds the parameters of the pose, which do not change the signals.
     angles
-        Input angles in degrees, or the number of evenly spaced ones from 0.
+        Input angles in degrees, or the number of evenly spaced ones from 0. A `Linkage` whose crank does not turn
+        fully has a motion at angles from the least to the greatest of which it assembles.
     method
         The exact closed form, or a method to see its errors, such as "newton", "rk45" or "rk45(rtol=0.001)", for a
         crank-rocker, a slider-crank or a variable crank; ``explore precision`` compares them.
@@ -247,7 +251,7 @@ def simulate(
     Raises
     ------
     MotionError
-        If the design cannot make a full turn.
+        If the design cannot make a full turn, nor move from the least to the greatest of given angles.
     RequestError
         If a name, a parameter or the angles are invalid.
     """
@@ -256,27 +260,41 @@ def simulate(
     places = {name: tuple(place) for name, place in (points or {}).items()}
     declared = find_mechanism(mechanism, tuple(places), target)
     columns = parameter_columns(declared, {**parameters, **_coordinates(places)})
-    request = make_request(declared, metrics=[declared.any_metric], window=declared.full_turn.name)
     if len(columns[next(iter(columns))]) != 1:
         raise RequestError("simulate takes one design; evaluate takes many")
-    status = int(evaluate_columns(request, columns).columns["status"][0])
-    if status == Status.NOT_FINITE:
-        _refuse_unusable(declared, columns)
-    # Whether the motion exists is asked, not whether the statistic of a mechanism without closed forms is exact enough.
-    if status not in (Status.OK, Status.TOLERANCE_NOT_MET):
-        sentence = declared.status_sentences[declared.status_labels[status]]
-        raise MotionError(f"no full turn to simulate: {sentence}")
     count = int(angles) if isinstance(angles, (int, np.integer)) and not isinstance(angles, bool) else None
     input_angle: npt.NDArray[np.float64] = np.asarray(
         angles if count is None else np.arange(count) * (360.0 / max(count, 1)), dtype=np.float64
     )
     if input_angle.ndim != 1 or len(input_angle) == 0 or not np.isfinite(input_angle).all():
         raise RequestError("angles must be a positive number of angles or a list of finite angles in degrees")
-    signals, label = motion_signals(declared, columns, input_angle, method, tolerance)
+    interval = _motion_of(declared, columns, None if count is not None else input_angle)
+    signals, label = motion_signals(declared, columns, input_angle, method, tolerance, interval)
     frame = pd.DataFrame(signals, index=pd.Index(input_angle, name=declared.input_angle.replace(" ", "_")))
     frame.attrs["units"] = {signal.name: signal.unit for signal in declared.signals if signal.name in frame}
     frame.attrs["method"] = label
     return frame
+
+
+def _motion_of(mechanism: Mechanism, columns: Arrays, input_angle: FloatArray | None) -> Window | None:
+    """None for a design that makes a full turn, else the interval of the given angles; `MotionError` without motion."""
+    request = make_request(mechanism, metrics=[mechanism.any_metric], window=mechanism.full_turn.name)
+    status = int(evaluate_columns(request, columns).columns["status"][0])
+    if status == Status.NOT_FINITE:
+        _refuse_unusable(mechanism, columns)
+    # Whether the motion exists is asked, not whether the statistic of a mechanism without closed forms is exact enough.
+    if status in (Status.OK, Status.TOLERANCE_NOT_MET):
+        return None
+    lacks_turn = status in mechanism.statuses and mechanism.statuses[status].lacks_turn
+    sentence = mechanism.status_sentences[mechanism.status_labels[status]]
+    if input_angle is None or not (lacks_turn and mechanism.takes_interval):
+        raise MotionError(f"no full turn to simulate: {sentence}")
+    least, greatest = float(input_angle.min()), float(input_angle.max())
+    interval = make_window(mechanism, {"from": least, "to": max(greatest, math.nextafter(least, math.inf))})
+    if moves_over(mechanism, columns, interval):
+        return interval
+    place = f"from {least:g} to {greatest:g} deg" if greatest > least else f"at {least:g} deg"
+    raise MotionError(f"no motion {place}: {sentence}")
 
 
 def _refuse_unusable(mechanism: Mechanism, columns: Arrays) -> None:
