@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -323,21 +324,6 @@ print(json.dumps([names, imported, [len(function.signatures) for function in (ri
     assert report(first[0], script) == [sorted(MECHANISMS), [], [0, 0]]
 
 
-def test_threads_that_compile_at_once_wait_for_each_other(tmp_path):
-    """As on the threads of a dask worker, which finds an empty cache."""
-    script = """
-import json
-from concurrent.futures import ThreadPoolExecutor
-import explore
-lengths = {"crank": 100, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
-with ThreadPoolExecutor(4) as pool:
-    runs = [pool.submit(explore.evaluate, "crank-rocker", lengths, metrics="swing_angle") for _ in range(4)]
-print(json.dumps([int(run.result()["status"].iloc[0]) for run in runs]))
-"""
-
-    assert report(tmp_path, script) == [1, 1, 1, 1]
-
-
 FUNCTIONS = """
 from numba import types
 from explore.base.compiling import compiled, function_type
@@ -352,13 +338,37 @@ def inner(function, x):
 @compiled(APPLY)
 def outer(function, x):
     return inner(function, x)
+@compiled("float64(float64, int64)")
+def times(x, factor):
+    return factor * x
+@compiled(RULE)
+def sixfold(x):
+    return times(times(x, 2), 3)
 """
 
 
-def test_a_function_compiled_for_another_is_also_called_from_python(tmp_path, monkeypatch):
-    """In a process that loads neither from the cache; the compiled caller makes an overload of the inner function."""
+@pytest.fixture
+def functions(tmp_path, monkeypatch):
+    """The module of these functions, in a process that loads none of them from the cache."""
     (tmp_path / "compiled_for_another.py").write_text(FUNCTIONS)
     monkeypatch.syspath_prepend(tmp_path)
-    module = importlib.import_module("compiled_for_another")
-    assert module.outer(module.twice, 1.5) == 3.0
-    assert module.inner(module.twice, 2.5) == 5.0
+    monkeypatch.delitem(sys.modules, "compiled_for_another", raising=False)
+    return importlib.import_module("compiled_for_another")
+
+
+def test_a_function_compiled_for_another_is_also_called_from_python(functions):
+    """The compiled caller makes an overload of the inner function."""
+    assert functions.outer(functions.twice, 1.5) == 3.0
+    assert functions.inner(functions.twice, 2.5) == 5.0
+
+
+def test_threads_that_compile_at_once_wait_for_each_other(functions):
+    """As on the threads of a dask worker, which finds an empty cache."""
+    with ThreadPoolExecutor(4) as pool:
+        runs = [pool.submit(functions.outer, functions.twice, 1.5) for _ in range(4)]
+    assert [run.result() for run in runs] == [3.0] * 4
+
+
+def test_numbers_that_callers_write_out_make_no_versions(functions):
+    assert functions.sixfold(1.5) == 9.0
+    assert len(functions.times.signatures) == 1

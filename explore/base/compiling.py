@@ -60,7 +60,7 @@ def compiled(
 
     def decorate(function: Callable[..., Any]) -> Any:
         compiler = NoAliasCompiler if no_alias else PlainCompiler
-        dispatcher = cached(njit(cache=True, pipeline_class=compiler, **settings)(function))
+        dispatcher = without_literals(cached(njit(cache=True, pipeline_class=compiler, **settings)(function)))
         if signature is not None:
             dispatcher._compile_for_args = partial(_compile_and_call, dispatcher, signature)
         return dispatcher
@@ -91,6 +91,13 @@ def options(*, fast: bool, contract: bool, inlined: bool, allocates: bool) -> di
         "fastmath": _FASTMATH if fast else {"contract"} if contract else False,
         "_nrt": allocates,
     }
+
+
+def without_literals(dispatcher: Any) -> Any:
+    """Let a number that a compiled caller writes out make no version of its own."""
+    resolve = dispatcher.get_call_template
+    dispatcher.get_call_template = lambda args, kws: resolve(tuple(map(types.unliteral, args)), kws)
+    return dispatcher
 
 
 def cached(dispatcher: Any) -> Any:

@@ -8,10 +8,10 @@ compilation.
 from collections.abc import Callable
 from typing import Any
 
-from numba import njit, types
+from numba import njit
 
 from explore.base.compiler_passes import NoAliasCompiler, PlainCompiler, translated
-from explore.base.compiling import cached, options
+from explore.base.compiling import cached, options, without_literals
 
 
 def subroutine(
@@ -31,12 +31,9 @@ def subroutine(
     def decorate(function: Callable[..., Any]) -> Any:
         settings = options(fast=fast, contract=contract, inlined=inlined, allocates=allocates)
         standalone = NoAliasCompiler if no_alias else PlainCompiler
-        dispatcher = translated(function, settings, no_alias=no_alias)
+        dispatcher = without_literals(translated(function, settings, no_alias=no_alias))
         dispatcher.standalone = cached(njit(cache=True, pipeline_class=standalone, **settings)(function))
         dispatcher._compile_for_args = lambda *_, **__: dispatcher.standalone
-        resolve = dispatcher.get_call_template
-        # A number that a caller writes out must not make a version of its own.
-        dispatcher.get_call_template = lambda args, kws: resolve(tuple(types.unliteral(a) for a in args), kws)
         return dispatcher
 
     return decorate
