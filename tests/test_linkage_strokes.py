@@ -47,7 +47,9 @@ def reversals(linkage, parameters, rate):
     return found
 
 
-@pytest.mark.parametrize("name", ROCKING)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n == "oscillating-cylinder" else ()) for n in ROCKING]
+)
 def test_strokes_equal_roots_of_thirty_digits(name):
     """Ends of strokes, time ratio and means over strokes to 1e-12; the range equals the reference's."""
     case, (position, moves) = CASES[name], ROCKING[name]
@@ -81,8 +83,6 @@ def test_an_output_that_turns_fully_has_no_strokes():
     row = explore.evaluate(Linkage(content), values_of(case), metrics=["time_ratio"])
     assert label(row) == "no_strokes"
     assert math.isnan(row["time_ratio"].iloc[0])
-    row = explore.evaluate(linkage_of(case), values_of(case), metrics=["time_ratio"]).iloc[0]
-    assert row["time_ratio"] == pytest.approx(float(case["published"]["time_ratio"]), rel=1e-12)
 
 
 RESTING = {
@@ -101,7 +101,8 @@ def test_an_output_that_rests_is_not_decided():
 
 
 @pytest.mark.parametrize(
-    "name", ["watt-2", *(pytest.param(name, marks=pytest.mark.slow) for name in ("jansen", "klann", "toggle-press"))]
+    "name",
+    ["crank-shaper", *(pytest.param(n, marks=pytest.mark.slow) for n in ("watt-2", "jansen", "klann", "toggle-press"))],
 )
 def test_how_often_random_outputs_turn_back_is_counted(name):
     """Against 4,096 samples of the rate, which tell the number unless two zeros are nearer than that."""
