@@ -356,18 +356,3 @@ def test_events_of_a_job_are_its_own_until_it_is_deleted(client, served):
         fresh = events_of(other, "/api/jobs/watched/events", last="00000000-1")
         assert next(fresh)[2]["name"] == "watched"
         fresh.close()
-
-
-def test_the_first_event_comes_within_200_ms(served):
-    """The best of some: others may use the processors of this machine at the same time."""
-    delays = []
-    for number in range(8):
-        with served.client() as watching, served.client() as client:
-            stream = events_of(watching, "/api/events")
-            next(stream)
-            start = time.monotonic()
-            client.post("/api/studies", json={"name": f"quick-{number}", "study": FEW}).raise_for_status()
-            next(event for event in stream if event[2]["name"] == f"quick-{number}")
-            delays.append(time.monotonic() - start)
-            stream.close()
-    assert min(delays) < 0.2, delays

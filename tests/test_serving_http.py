@@ -15,6 +15,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 import httpx
+import psutil
 import pytest
 import uvicorn
 from command_line import call, run
@@ -357,14 +358,15 @@ def test_a_dry_run_counts_and_queues_nothing(client):
     assert client.get("/api/jobs/plan").status_code == 404
 
 
-def test_a_dry_run_with_compiled_kernels_takes_no_second(client):
-    """The process that measures stays, with its imports and kernels."""
-    quickest = 1e9
-    for _ in range(5):
-        start = time.monotonic()
+def test_dry_runs_are_measured_by_one_process(client, served):
+    """It stays, with its imports and kernels, without which a dry run takes 2 s."""
+    measuring = set()
+    for _ in range(3):
         assert client.post("/api/studies?dry_run=true", json={"name": "plan", "study": FEW}).json()["seconds"] > 0
-        quickest = min(quickest, time.monotonic() - start)
-    assert quickest < 0.5  # 0.02 s on a free machine; a new process takes 2 s
+        children = psutil.Process(served.process.pid).children()
+        (process,) = (child for child in children if "spawn_main" in " ".join(child.cmdline()))  # others sweep
+        measuring.add(process.pid)
+    assert len(measuring) == 1
 
 
 def test_a_dry_run_does_not_wait_for_kernels_that_compile(tmp_path, monkeypatch, start_server):
@@ -493,7 +495,7 @@ def test_events_tell_everything_and_go_on_where_a_client_left(client, served):
         stream.close()
         assert states[0] == "queued"
         assert list(dict.fromkeys(states)) == ["queued", "running", "done"]
-        assert delay < 5  # 0.05 s on a free machine
+        assert delay < 12  # 0.05 s on a free machine; the next sign of life comes after 15 s
 
         missed = events_of(other, last=last)
         again = [next(missed) for _ in ids]
