@@ -159,19 +159,20 @@ class Mechanism(Declaration):
         The result has constants if they are to be kept. A mechanism that takes an interval is to move over that, in
         place of the turn.
         """
+        return self._close(parameters, interval, keeps_constants=self.keeps_constants or self.takes_interval)
+
+    def constants(self, parameters: FloatArray, interval: Window | None = None) -> FloatArray:
+        """The constants of designs, shape (k, n); see `evaluate_closed_form`."""
+        return self._close(parameters, interval, keeps_constants=True).constants
+
+    def _close(self, parameters: FloatArray, interval: Window | None, *, keeps_constants: bool) -> ClosedFormResult:
+        from explore.base.lanes.designs import close_all  # imports Numba, needed only here
+
         if interval is not None:
             ends = [math.radians(interval.start), math.radians(interval.length)]
             parameters = np.vstack([parameters, np.repeat(np.array(ends)[:, None], parameters.shape[1], axis=1)])
-        return self._close(parameters, self.n_constants if self.keeps_constants or self.takes_interval else 0)
-
-    def constants(self, parameters: FloatArray) -> FloatArray:
-        """The constants of designs, shape (k, n); see `evaluate_closed_form`."""
-        return self._close(parameters, self.n_constants).constants
-
-    def _close(self, parameters: FloatArray, constants: int) -> ClosedFormResult:
-        from explore.base.lanes.designs import close_all  # imports Numba, needed only here
-
-        result = ClosedFormResult.allocate(constants, len(self.metrics), parameters.shape[1])
+        n_constants = self.n_constants if keeps_constants else 0
+        result = ClosedFormResult.allocate(n_constants, len(self.metrics), parameters.shape[1])
         inputs = np.ascontiguousarray(parameters, dtype=np.float64)
         close_all(
             self.close, inputs, self.record_rows, self.first_parameter, self.first_metric, self.status_row,

@@ -74,7 +74,7 @@ def _closed_form(
 ) -> FloatArray:
     """Rows of the signals at input angles in degrees, shape (s, t)."""
     geometry = np.array([[inputs[p.name]] for p in mechanism.kernel_parameters])
-    constants = np.ascontiguousarray(mechanism.evaluate_closed_form(geometry, interval).constants[:, 0])
+    constants = np.ascontiguousarray(mechanism.constants(geometry, interval)[:, 0])
     input_angle = np.fmod(input_angle, 360.0)  # whole turns are exact in degrees, and would not be in radians
     # The offset from the anchor or its opposite, whichever is nearer, keeps all digits of sine and cosine; half turns
     # are taken off first, because the offset of an angle beside the opposite would be rounded.
