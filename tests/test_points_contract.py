@@ -30,4 +30,4 @@ span = {{ formula = "knife_x_peak_to_peak / knife_along", unit = "1" }}
 [rank]
 metrics = ["knife_curvature_mean:min", "span:max"]
 """
-    check_mechanism(MECHANISMS[name], study=study, designs=5)
+    check_mechanism(MECHANISMS[name], study=study, designs=3)
