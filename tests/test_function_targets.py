@@ -104,7 +104,7 @@ def test_a_function_travels(tmp_path):
     once = explore.sweep(explore.load_study(tmp_path / "best.toml"), tmp_path / "once.h5", workers=1)
     assert once.design(0)["output_error_rms"] == best["output_error_rms"]
     tolerances = ("--tolerance", "crank=0.1", "--tolerance", "input_start=0.5")
-    run("tolerance", "f.h5", "--design", str(best.name), *tolerances, cwd=tmp_path)
+    run("tolerance", "f.h5", "--design", str(best.name), *tolerances, "--draws", "256", cwd=tmp_path)
     run("report", "f.h5", "-o", "f.html", cwd=tmp_path)
     assert "output_error_max" in (tmp_path / "f.html").read_text(encoding="utf-8")
     for chart in ("mechanism", "motion", "pareto"):

@@ -193,7 +193,8 @@ def test_poses_travel(tmp_path):
     once = explore.sweep(explore.load_study(tmp_path / "best.toml"), tmp_path / "once.h5", workers=1)
     assert once.design(0)["pose_error_rms"] == best["pose_error_rms"]
     design = ("--design", str(best.name))
-    run("tolerance", "p.h5", *design, "--tolerance", "crank=0.1", "--tolerance", "body_angle=0.5", cwd=tmp_path)
+    tolerances = ("--tolerance", "crank=0.1", "--tolerance", "body_angle=0.5", "--draws", "256")
+    run("tolerance", "p.h5", *design, *tolerances, cwd=tmp_path)
     run("report", "p.h5", "-o", "p.html", cwd=tmp_path)
     for chart in ("mechanism", "motion", "path", "cognates", "pareto"):
         run("plot", chart, "p.h5", *(design if chart != "pareto" else ()), "-o", f"{chart}.png", cwd=tmp_path)
