@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from damage_worker import Worker
 from store_files import fill
 from studies import FEW
 
@@ -136,3 +137,11 @@ def in_results(few, tmp_path, monkeypatch) -> Path:
     (tmp_path / "results").mkdir()
     (tmp_path / "results/small.h5").write_bytes(few.read_bytes())
     return tmp_path
+
+
+@pytest.fixture(scope="module")
+def worker():
+    """A process with limited memory, which HDF5 may crash."""
+    worker = Worker()
+    yield worker
+    worker.close()

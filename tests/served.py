@@ -1,11 +1,13 @@
 """A service as a process of its own, for the tests."""
 
 import contextlib
+import json
 import os
 import re
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Self
@@ -105,3 +107,20 @@ def wait_settled(client: httpx.Client, name: str) -> dict:
         return None if job["state"] in ("queued", "running") else job
 
     return wait_until(settled)
+
+
+def events_of(client, path="/api/events", last=None):
+    """Id, kind and content of each event, until the server ends the stream."""
+    end = time.monotonic() + 240
+    with client.stream("GET", path, headers={} if last is None else {"Last-Event-ID": last}) as answer:
+        assert answer.status_code == 200
+        assert answer.headers["content-type"].startswith("text/event-stream")
+        facts = {}
+        for line in answer.iter_lines():
+            assert time.monotonic() < end
+            if line:
+                name, _, value = line.partition(": ")
+                facts[name] = value
+            elif "data" in facts:
+                yield facts["id"], facts["event"], json.loads(facts["data"])
+                facts = {}

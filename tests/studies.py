@@ -36,6 +36,19 @@ method = "sobol"
 {rest}"""
 
 
+def grid(rest, num=16):
+    """A study of crank-rockers with `num` cranks, 9,450 designs for each, with the rest of it: 16 make three blocks."""
+    return f"""\
+mechanism = "crank-rocker"
+[parameters]
+crank = {{ start = 60, stop = 180, num = {num} }}
+coupler = {{ start = 900, stop = 1300, num = 21 }}
+rocker = {{ start = 450, stop = 660, num = 15 }}
+ground = {{ start = 620, stop = 830, num = 15 }}
+speed = [1, 2.5]
+{rest}"""
+
+
 def sweep_text(folder, text, name="study", **options):
     """The results of the study of a text, written beside it."""
     (folder / f"{name}.toml").write_text(text, encoding="utf-8")

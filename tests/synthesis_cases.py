@@ -4,6 +4,8 @@ import json
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+
 _FILE = Path(__file__).parent / "reference" / "synthesis.json"
 
 
@@ -21,3 +23,16 @@ def case(name):
 def plane(pair):
     """A point of the plane from two decimal texts."""
     return complex(float(pair[0]), float(pair[1]))
+
+
+def least_ordered(squares):
+    """The least sum over all orders of the columns in both senses, by brute force."""
+    count = squares.shape[1]
+    turns = (np.arange(count)[:, None] + np.arange(count + 1)) % count  # from each start, a turn
+    least = np.inf
+    for order in (squares, squares[::-1]):
+        sums = np.repeat(order[0][:, None], count + 1, axis=1)
+        for row in order[1:]:
+            sums = np.minimum.accumulate(sums + row[turns], axis=1)
+        least = min(least, sums[:, -1].min())
+    return least

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from studies import sweep_text
 
 import explore
 from explore.base.errors import RequestError, ResultsError
@@ -28,8 +29,7 @@ ground = [700, 720]
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
     folder = tmp_path_factory.mktemp("index")
-    (folder / "grid.toml").write_text(STUDY)
-    explore.sweep(explore.load_study(folder / "grid.toml"), folder / "grid.h5")
+    sweep_text(folder, STUDY, "grid")
     return folder / "grid.h5"
 
 

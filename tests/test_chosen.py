@@ -1,6 +1,7 @@
 """Designs chosen from results, and the request that computed them."""
 
 import pytest
+from studies import sweep_text
 
 import explore
 from explore.base.errors import RequestError, ResultsError
@@ -35,9 +36,7 @@ metrics = ["cv", "reach:min"]
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("chosen")
-    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
-    return explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5")
+    return sweep_text(tmp_path_factory.mktemp("chosen"), STUDY)
 
 
 def test_the_request_of_results_is_that_of_their_study(results):

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from command_line import call, on_terminal
-from studies import box
+from studies import box, sweep_text
 
 import explore
 from explore.base.json_text import json_text
@@ -194,8 +194,7 @@ def test_quality_is_shown_and_printed(sweep_folder):
 def other_results(sweep_folder):
     """A sweep of other designs, with a parameter that the first has not."""
     text = STUDY.replace("count = 32_768", "count = 20_000\nseed = 7").replace("crank = 50", "crank = 50\nspeed = 2")
-    (sweep_folder / "other.toml").write_text(text)
-    explore.sweep(explore.load_study(sweep_folder / "other.toml"), sweep_folder / "other.h5")
+    sweep_text(sweep_folder, text, "other")
     return sweep_folder / "other.h5"
 
 
@@ -273,8 +272,7 @@ def test_one_of_two_may_have_nothing_to_rank(sweep_folder, other_results):
 
 def test_incompatible_results_are_refused(sweep_folder, other_results, tmp_path):
     text = STUDY.replace("32_768", "64").replace('"cv", "swing_angle",', '"swing_angle",').replace('["cv", ', "[")
-    (tmp_path / "without.toml").write_text(text)
-    explore.sweep(explore.load_study(tmp_path / "without.toml"), tmp_path / "without.h5")
+    sweep_text(tmp_path, text, "without")
     (tmp_path / "cycle.toml").write_text(
         STUDY.replace("32_768", "64").replace("[evaluate]", '[evaluate]\nwindow = "return"')
     )

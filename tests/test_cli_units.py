@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from command_line import call, run
+from studies import sweep_text
 
 import explore
 from explore import charts
@@ -385,8 +386,7 @@ def test_the_figure_of_coverage_is_in_the_chosen_units():
 )
 def test_a_speed_given_in_rpm_is_shown_in_rpm(entry, unit, shown, tmp_path):
     """And nothing else: velocities of the output are in the declared unit, and so is the file."""
-    (tmp_path / "study.toml").write_text(STUDY.replace('"60 rpm"', entry))
-    results = explore.sweep(explore.load_study(tmp_path / "study.toml"), tmp_path / "study.h5")
+    results = sweep_text(tmp_path, STUDY.replace('"60 rpm"', entry))
     assert results.units["speed"] == "rad/s"
     own = open_shown(tmp_path / "study.h5", None)
     assert (own.units["speed"], own.units["mean"]) == (unit, "rad/s")

@@ -13,6 +13,7 @@ import pytest
 from command_line import call, run
 from PIL import Image
 from scipy.io import loadmat
+from studies import sweep_text
 
 import explore
 from explore.base.errors import RequestError, ResultsError
@@ -81,8 +82,7 @@ def wiper(tmp_path_factory):
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_the_study_of_one_design_computes_the_same_row(name, tmp_path):
-    (tmp_path / "all.toml").write_text(STUDIES[name])
-    results = explore.sweep(explore.load_study(tmp_path / "all.toml"), tmp_path / "all.h5", workers=1)
+    results = sweep_text(tmp_path, STUDIES[name], "all", workers=1)
     number = len(results) - 1
     explore.export(results, tmp_path / "one.toml", design=number)
     one = explore.sweep(explore.load_study(tmp_path / "one.toml"), tmp_path / "one.h5", workers=1)
@@ -122,8 +122,7 @@ def test_csv_has_the_motion_to_the_last_bit_with_units(wiper):
 
 
 def test_a_drawing_notes_speeds_as_the_study_gives_them_and_lengths_in_mm(tmp_path):
-    (tmp_path / "a.toml").write_text(STUDIES["points"])
-    results = explore.sweep(explore.load_study(tmp_path / "a.toml"), tmp_path / "a.h5", workers=1)
+    results = sweep_text(tmp_path, STUDIES["points"], "a", workers=1)
     explore.export(results.in_units(read_shown_units({"length": "in"})), tmp_path / "a.svg", design=0)
     rocker = f"rocker {results.design(0)['rocker']:.10g} mm"
     texts = {text.text for text in ET.parse(tmp_path / "a.svg").iter(f"{SVG}text")}
@@ -263,8 +262,7 @@ def test_a_mechanism_without_a_drawing_has_none_to_export():
 
 
 def test_a_design_without_its_solved_length_is_refused(tmp_path):
-    (tmp_path / "a.toml").write_text(STUDIES["solved"].replace("20 deg", "170 deg"))
-    results = explore.sweep(explore.load_study(tmp_path / "a.toml"), tmp_path / "a.h5", workers=1)
+    results = sweep_text(tmp_path, STUDIES["solved"].replace("20 deg", "170 deg"), "a", workers=1)
     with pytest.raises(explore.MotionError, match="design 0 has no crank: "):
         explore.export(results, tmp_path / "b.toml", design=0)
     assert not (tmp_path / "b.toml").exists()

@@ -9,7 +9,7 @@ import pytest
 from command_line import call
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from studies import FEW, GOOD
+from studies import FEW, GOOD, sweep_text
 
 import explore
 from explore.model.status import Status
@@ -386,8 +386,7 @@ def test_results_are_exported(folder):
 
 
 def test_other_formulas_of_one_name_are_pointed_out(folder):
-    (folder / "other.toml").write_text(STUDY.replace("coupler+ground", "rocker + ground"))
-    explore.sweep(explore.load_study(folder / "other.toml"), folder / "other.h5")
+    sweep_text(folder, STUDY.replace("coupler+ground", "rocker + ground"), "other")
     with pytest.warns(RuntimeWarning, match=r"reach is the coupler \+ ground in .*, but the rocker \+ ground in "):
         explore.rank([folder / "own.h5", folder / "other.h5"], objectives=["reach:min", "cv"])
 

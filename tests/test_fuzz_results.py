@@ -6,7 +6,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from damage_worker import Worker
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from store_files import unseal
@@ -27,13 +26,6 @@ metrics = ["cv", "rocker_acceleration_max:min"]
 """
 #: Bytes at which a number, an address or a length is likely to mean something else.
 BYTES = st.one_of(st.integers(0, 255), st.sampled_from([0, 1, 2, 8, 127, 128, 254, 255]))
-
-
-@pytest.fixture(scope="module")
-def worker():
-    worker = Worker()
-    yield worker
-    worker.close()
 
 
 class Sound:

@@ -12,7 +12,6 @@ import h5py
 import numpy as np
 import pytest
 from command_line import call
-from damage_worker import Worker
 from store_files import unseal
 from studies import GOOD
 
@@ -261,14 +260,6 @@ def test_inputs_are_never_overwritten(odd_files, link):
 
 
 # --- headers ---------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def worker():
-    """A process with limited memory, which HDF5 may crash."""
-    worker = Worker()
-    yield worker
-    worker.close()
 
 
 def replies(worker, path):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from studies import sweep_text
 
 import explore
 from explore.base.errors import RequestError
@@ -28,13 +29,7 @@ metrics = ["cv", "transmission_angle_min:max"]
 @pytest.fixture(scope="module")
 def sweep(tmp_path_factory):
     """A function that sweeps the study of a text."""
-
-    def sweep_text(text):
-        folder = tmp_path_factory.mktemp("lines")
-        (folder / "study.toml").write_text(text)
-        return explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5")
-
-    return sweep_text
+    return lambda text: sweep_text(tmp_path_factory.mktemp("lines"), text)
 
 
 @pytest.fixture(scope="module")

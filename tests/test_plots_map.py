@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from studies import sweep_text
 
 import explore
 from explore.base.errors import RequestError
@@ -27,9 +28,7 @@ metrics = ["cv", "swing_angle:max"]
 
 @pytest.fixture(scope="module")
 def grid(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("map")
-    (folder / "grid.toml").write_text(GRID)
-    return explore.sweep(explore.load_study(folder / "grid.toml"), folder / "grid.h5")
+    return sweep_text(tmp_path_factory.mktemp("map"), GRID, "grid")
 
 
 def mesh_of(chart, dimensions=2):
@@ -156,8 +155,7 @@ def test_a_cut_needs_designs_with_the_same_other_parameters(tmp_path):
     text = GRID.replace("[480, 541.7118, 600]", "{ min = 480, max = 600 }")
     text = text.replace("{ start = 620, stop = 830, num = 7 }", "{ min = 620, max = 830 }")
     text = text.replace("{ start = 60, stop = 180, num = 9 }", "{ min = 60, max = 180 }")
-    (tmp_path / "drawn.toml").write_text(text + '[sampling]\nmethod = "sobol"\ncount = 500\nseed = 1\n')
-    results = explore.sweep(explore.load_study(tmp_path / "drawn.toml"), tmp_path / "drawn.h5")
+    results = sweep_text(tmp_path, text + '[sampling]\nmethod = "sobol"\ncount = 500\nseed = 1\n', "drawn")
     with pytest.raises(RequestError, match="too few designs .* share ground .* mm; leave out `design`"):
         map_chart(results, design=5)
     assert mesh_of(map_chart(results).axes[0]).count() > 10

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from studies import sweep_text
 
 import explore
 from explore.base.units.shown import read_shown_units
@@ -44,8 +45,7 @@ def results(request, tmp_path_factory):
     folder, is_closed = tmp_path_factory.mktemp("path"), request.param == "closed"
     points = POINTS if is_closed else POINTS[:5]
     text = STUDY.format(points=points, closed=str(is_closed).lower(), weights=[1.0 + k for k in range(len(points))])
-    (folder / "path.toml").write_text(text)
-    return explore.sweep(explore.load_study(folder / "path.toml"), folder / "path.h5")
+    return sweep_text(folder, text, "path")
 
 
 def lines_of(panel):

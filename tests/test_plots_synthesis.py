@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from studies import sweep_text
 
 import explore
 from explore.base.errors import RequestError
@@ -96,8 +97,7 @@ def test_every_linkage_of_the_triple_is_drawn_with_its_lengths():
 
 def sweep_one(folder, mechanism, parameters, points=""):
     text = STUDY.format(mechanism=mechanism, parameters=parameters, points=points)
-    (folder / "one.toml").write_text(text)
-    return explore.sweep(explore.load_study(folder / "one.toml"), folder / "one.h5")
+    return sweep_text(folder, text, "one")
 
 
 @pytest.mark.parametrize("branch", [1, -1])

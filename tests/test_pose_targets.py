@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import run
+from synthesis_cases import least_ordered
 
 import explore
 from explore.base.errors import RequestError
@@ -85,19 +86,6 @@ def squares_of(design, poses, lever, angles):
     place, turned = motion_of(design, angles)
     gaps = np.abs(place - (poses[:, 0] + 1j * poses[:, 1])[:, None]) ** 2
     return gaps + (lever * wrapped(turned - np.radians(poses[:, 2])[:, None])) ** 2
-
-
-def least_ordered(squares):
-    """The least sum over all orders of the columns in both senses, by brute force."""
-    count = squares.shape[1]
-    turns = (np.arange(count)[:, None] + np.arange(count + 1)) % count  # from each start, a turn
-    least = np.inf
-    for order in (squares, squares[::-1]):
-        sums = np.repeat(order[0][:, None], count + 1, axis=1)
-        for row in order[1:]:
-            sums = np.minimum.accumulate(sums + row[turns], axis=1)
-        least = min(least, sums[:, -1].min())
-    return least
 
 
 def test_the_angles_are_the_best_of_all():

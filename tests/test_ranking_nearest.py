@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from command_line import call
+from studies import sweep_text
 
 import explore
 from explore.results.ranking import violations
@@ -40,8 +41,7 @@ MARGINS = [f"{metric}_margin" for metric in CONSTRAINTS]
 def wiper(tmp_path_factory):
     """A finished sweep without a feasible design, not to be changed."""
     folder = tmp_path_factory.mktemp("wiper")
-    (folder / "wiper.toml").write_text(WIPER)
-    explore.sweep(explore.load_study(folder / "wiper.toml"), folder / "wiper.h5")
+    sweep_text(folder, WIPER, "wiper")
     return folder / "wiper.h5"
 
 

@@ -268,8 +268,7 @@ def test_results_without_a_feasible_design_are_refined_from_the_nearest(tmp_path
     text = text.replace(
         "[constraints]", "[constraints]\nswing_angle = { min = 86, max = 94 }\ntime_ratio = { max = 1.02 }"
     )
-    (tmp_path / "wiper.toml").write_text(text.replace("8192", "1024"), encoding="utf-8")
-    source = explore.sweep(explore.load_study(tmp_path / "wiper.toml"), tmp_path / "wiper.h5")
+    source = sweep_text(tmp_path, text.replace("8192", "1024"), "wiper")
     assert explore.rank(source).empty
 
     refined = explore.refine(source, tmp_path / "refined.h5", evaluations=20_000, seed=3)
@@ -305,8 +304,7 @@ def test_damaged_parameters_are_refused_before_a_file_is_written(source, tmp_pat
 
 def test_bounds_that_nothing_can_meet_leave_nothing_feasible(tmp_path):
     text = STUDY.replace("{ min = 30 }", "{ min = 89 }").replace("{ max = 150 }", "{ max = 90 }")
-    (tmp_path / "none.toml").write_text(text.replace("8192", "256"), encoding="utf-8")
-    explore.sweep(explore.load_study(tmp_path / "none.toml"), tmp_path / "none.h5")
+    sweep_text(tmp_path, text.replace("8192", "256"), "none")
     output = run("refine", "none.h5", "--evaluations", "2000", cwd=tmp_path)
     assert "none of the designs is feasible; the nearest of all: explore rank" in output.stderr
 

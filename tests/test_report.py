@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from command_line import call
 from store_files import fill
-from studies import FEW
+from studies import FEW, sweep_text
 
 import explore
 from explore.figures.reporting import contents, rows
@@ -206,8 +206,7 @@ def test_the_page_is_synchronised_before_it_is_renamed(in_results, monkeypatch):
 
 def test_densities_count_all_feasible_designs_of_the_file(tmp_path, monkeypatch):
     """Designs that the page leaves out count too; here it holds ten feasible ones besides the Pareto set."""
-    (tmp_path / "sobol.toml").write_text(SOBOL)
-    results = explore.sweep(explore.load_study(tmp_path / "sobol.toml"), tmp_path / "sobol.h5")
+    results = sweep_text(tmp_path, SOBOL, "sobol")
     monkeypatch.setattr(rows, "MAX_DESIGNS", 10)
     monkeypatch.setattr(rows, "MAX_FEASIBLE", 10)
     monkeypatch.setattr(contents.ColumnPacker, "add", lambda self, values: values)
@@ -224,8 +223,7 @@ def test_densities_count_all_feasible_designs_of_the_file(tmp_path, monkeypatch)
 
 def test_a_sample_of_the_designs_has_those_nearest_to_feasible(tmp_path, monkeypatch):
     """Of 500 infeasible designs the page holds one by chance, and shows the nearest of ten first."""
-    (tmp_path / "none.toml").write_text(SOBOL + "[constraints]\ntime_ratio = { max = 0.9 }\n")
-    results = explore.sweep(explore.load_study(tmp_path / "none.toml"), tmp_path / "none.h5")
+    results = sweep_text(tmp_path, SOBOL + "[constraints]\ntime_ratio = { max = 0.9 }\n", "none")
     monkeypatch.setattr(rows, "MAX_DESIGNS", 10)
     monkeypatch.setattr(rows, "MAX_INFEASIBLE", 1)
     monkeypatch.setattr(contents.ColumnPacker, "add", lambda self, values: values)

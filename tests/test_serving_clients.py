@@ -7,7 +7,7 @@ import tomllib
 import pytest
 from command_line import on_terminal, run
 from refinable import BASE, TASK
-from served import serving, wait_settled
+from served import events_of, serving, wait_settled
 from studies import FEW, GOOD
 from waiting import wait_until
 
@@ -312,20 +312,6 @@ def test_head_is_answered_where_get_is(client):
 
 
 # --- events of one job ------------------------------------------------------------------------------------------------
-
-
-def events_of(client, path, last=None):
-    """Id, kind and content of each event, until the server ends the stream."""
-    with client.stream("GET", path, headers={} if last is None else {"Last-Event-ID": last}) as answer:
-        assert answer.status_code == 200
-        facts = {}
-        for line in answer.iter_lines():
-            if line:
-                name, _, value = line.partition(": ")
-                facts[name] = value
-            elif "data" in facts:
-                yield facts["id"], facts["event"], json.loads(facts["data"])
-                facts = {}
 
 
 def test_events_of_a_job_are_its_own_until_it_is_deleted(client, served):

@@ -25,7 +25,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
 from fastapi import HTTPException
 from prometheus_client.parser import text_string_to_metric_families
-from served import Served, serving, wait_settled
+from served import Served, events_of, serving, wait_settled
 from studies import FEW, GOOD
 from uvicorn.server import ServerState
 from waiting import wait_until
@@ -455,24 +455,6 @@ def test_no_request_breaks_the_server_or_leaves_the_folder(count, client, served
 
 
 # --- events -----------------------------------------------------------------------------------------------------------
-
-
-def events_of(client, seconds=240, last=None):
-    """Id, kind and content of each event, until the time is over or the server ends the stream."""
-    headers = {} if last is None else {"Last-Event-ID": last}
-    end = time.monotonic() + seconds
-    with client.stream("GET", "/api/events", headers=headers) as answer:
-        assert answer.status_code == 200
-        assert answer.headers["content-type"].startswith("text/event-stream")
-        facts = {}
-        for line in answer.iter_lines():
-            assert time.monotonic() < end
-            if line:
-                name, _, value = line.partition(": ")
-                facts[name] = value
-            elif "data" in facts:
-                yield facts["id"], facts["event"], json.loads(facts["data"])
-                facts = {}
 
 
 def test_events_tell_everything_and_go_on_where_a_client_left(client, served):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from command_line import run
+from studies import sweep_text
 
 import explore
 from explore.base.errors import RequestError
@@ -32,8 +33,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("several")
     studies = {"low": STUDY.format(start=60), "high": STUDY.format(start=97), "slider": SLIDER}
     for name, text in studies.items():
-        (folder / f"{name}.toml").write_text(text)
-        explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5")
+        sweep_text(folder, text, name)
     return folder
 
 
@@ -83,8 +83,7 @@ def test_names_that_are_not_distinct_are_paths(paths, folder):
 def test_an_objective_that_one_file_lacks_is_named_in_the_figure(paths, folder):
     text = STUDY.format(start=80).replace('"cv", "swing_angle:max"', '"cv", "rocker_acceleration_max"')
     text += '[evaluate]\nmetrics = ["cv", "swing_angle", "rocker_acceleration_max"]\n'
-    (folder / "lacks.toml").write_text(text)
-    lacks = explore.sweep(explore.load_study(folder / "lacks.toml"), folder / "lacks.h5")
+    lacks = sweep_text(folder, text, "lacks")
     title = joint_pareto_chart([lacks, paths[0]], x="cv", y="swing_angle").get_suptitle()
     assert "rocker_acceleration_max, an objective of" in title.replace("\n", " ")
 

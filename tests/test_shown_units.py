@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from studies import FEW
+from studies import FEW, sweep_text
 
 import explore
 from explore.base.units.quantities import unit_factor
@@ -151,9 +151,7 @@ def test_numbers_are_read_in_the_shown_unit():
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("few")
-    (folder / "few.toml").write_text(FEW)
-    return explore.sweep(explore.load_study(folder / "few.toml"), folder / "few.h5")
+    return sweep_text(tmp_path_factory.mktemp("few"), FEW, "few")
 
 
 def test_results_are_shown_in_the_chosen_units(results):

@@ -8,8 +8,7 @@ from unittest import mock
 import numpy as np
 import pytest
 from command_line import call, run
-
-import explore
+from studies import sweep_text
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -26,9 +25,7 @@ MOVING = ("0", "1")
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("compared")
-    (folder / "three.toml").write_text(STUDY)
-    return explore.sweep(explore.load_study(folder / "three.toml"), folder / "three.h5")
+    return sweep_text(tmp_path_factory.mktemp("compared"), STUDY, "three")
 
 
 def show(results, *options, **settings):

@@ -11,6 +11,7 @@ import pytest
 from command_line import call, run
 from exact_slider_crank import SIGNALS, ExactSliderCrank
 from mpmath import mpf
+from studies import sweep_text
 
 import explore
 
@@ -241,8 +242,7 @@ def test_mistakes_in_a_study_are_one_line_each(tmp_path):
 
 def test_a_crank_is_solved_for_the_stroke(tmp_path):
     text = STUDY.format(crank='{ solve = "stroke", value = "120 mm" }', evaluate='metrics = ["stroke", "cv"]')
-    (tmp_path / "study.toml").write_text(text)
-    results = explore.sweep(explore.load_study(tmp_path / "study.toml"), tmp_path / "study.h5")
+    results = sweep_text(tmp_path, text)
     table = results.to_pandas()
     assert len(table) == 6
     np.testing.assert_allclose(table["stroke"], 120.0, rtol=1e-12)

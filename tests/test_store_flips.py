@@ -5,7 +5,6 @@ import random
 import h5py
 import numpy as np
 import pytest
-from damage_worker import Worker
 from doors import DOORS
 from test_fuzz_results import STUDY
 
@@ -18,13 +17,6 @@ from explore.results.store.sealing import COMMIT_OFFSET, SEAL
 OTHERS = [name for name in DOORS if name not in ("read_results", "report")]
 #: Flips of each class of bytes.
 FLIPS = [4, pytest.param(400, marks=pytest.mark.slow)]
-
-
-@pytest.fixture(scope="module")
-def worker():
-    worker = Worker()
-    yield worker
-    worker.close()
 
 
 @pytest.fixture(scope="module", params=["plain", "packed"])

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from command_line import call
 from store_files import fill, sha256, values, writer
+from studies import grid, sweep_text
 
 import explore
 from explore.base import files
@@ -22,19 +23,12 @@ from explore.results.store.sidecar_files import journal_name, remove_leftovers
 from explore.running.log import Log, log_path
 
 #: 151,200 designs in three blocks; few of them are Pareto-optimal.
-STUDY = """
-mechanism = "crank-rocker"
-[parameters]
-crank = { start = 60, stop = 180, num = 16 }
-coupler = { start = 900, stop = 1300, num = 21 }
-rocker = { start = 450, stop = 660, num = 15 }
-ground = { start = 620, stop = 830, num = 15 }
-speed = [1, 2.5]
+STUDY = grid("""\
 [evaluate]
 metrics = ["swing_angle", "transmission_angle_min"]
 [rank]
 metrics = ["swing_angle:max", "transmission_angle_min:max"]
-"""
+""")
 
 
 @pytest.fixture
@@ -279,8 +273,7 @@ def test_only_unfinished_files_of_ours_are_cleaned_up(tmp_path):
 def ranked(tmp_path_factory):
     """A folder with a finished sweep."""
     folder = tmp_path_factory.mktemp("exports")
-    (folder / "grid.toml").write_text(STUDY)
-    explore.sweep(explore.load_study(folder / "grid.toml"), folder / "grid.h5")
+    sweep_text(folder, STUDY, "grid")
     return folder
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from distributed import Client, LocalCluster
+from studies import grid
 
 import explore
 from explore.results.store.layout_reader import read_layout
@@ -19,23 +20,13 @@ from explore.running.blocks import environment_of
 from explore.running.clusters import check_environment, local_cluster
 from explore.studies.designs.spaces import BLOCK_SIZE
 
-STUDY = """
-mechanism = "crank-rocker"
-[parameters]
-crank = {{ start = 60, stop = 180, num = {num} }}
-coupler = {{ start = 900, stop = 1300, num = 21 }}
-rocker = {{ start = 450, stop = 660, num = 15 }}
-ground = {{ start = 620, stop = 830, num = 15 }}
-speed = [1, 2.5]
-[constraints]
-transmission_angle_min = {{ min = 20 }}
-"""
+CONSTRAINED = "[constraints]\ntransmission_angle_min = { min = 20 }\n"
 
 
 @pytest.fixture
 def study(tmp_path):
     path = tmp_path / "study.toml"
-    path.write_text(STUDY.format(num=16))  # 151,200 designs, three blocks
+    path.write_text(grid(CONSTRAINED, 16))  # 151,200 designs, three blocks
     return explore.load_study(path)
 
 
@@ -142,7 +133,7 @@ def test_sobol_sweeps_are_reproducible(tmp_path):
 
 def test_a_sweep_that_cannot_fit_is_refused_with_its_size(tmp_path):
     path = tmp_path / "huge.toml"
-    path.write_text(STUDY.format(num=160_000_000_000))
+    path.write_text(grid(CONSTRAINED, 160_000_000_000))
     study = explore.load_study(path)
 
     with pytest.raises(explore.ResultsError, match="needs .* bytes, but only .* are free"):
@@ -176,7 +167,7 @@ def test_any_synchronous_client_will_do(study, tmp_path):
 
 
 def test_a_lost_cluster_ends_the_sweep_in_one_line_and_loses_nothing(tmp_path):
-    (tmp_path / "long.toml").write_text(STUDY.format(num=160))  # 23 blocks, so that some are still under way
+    (tmp_path / "long.toml").write_text(grid(CONSTRAINED, 160))  # 23 blocks, so that some are still under way
     study = explore.load_study(tmp_path / "long.toml")
     settings = {"processes": False, "n_workers": 1, "dashboard_address": "127.0.0.1:0"}
     with LocalCluster(**settings) as cluster, Client(cluster) as client:
@@ -208,7 +199,7 @@ def test_ranking_a_file_agrees_with_ranking_its_table(study, tmp_path):
 @pytest.mark.parametrize(("num", "keep"), [(100_000_000_000_000, "all"), (160_000_000_000, "front")])
 def test_a_sweep_beyond_all_bounds_is_refused_in_words(tmp_path, num, keep):
     path = tmp_path / "huge.toml"
-    path.write_text(STUDY.format(num=num))
+    path.write_text(grid(CONSTRAINED, num))
 
     with pytest.raises(explore.RequestError, match="designs are more than a sweep can do"):
         explore.sweep(explore.load_study(path), tmp_path / "huge.h5", keep=keep)

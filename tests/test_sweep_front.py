@@ -11,26 +11,19 @@ import time
 import numpy as np
 import pandas as pd
 import pytest
-from studies import box
+from studies import box, grid
 
 import explore
 from explore.running import collectors, runs
 from explore.running.clusters import local_cluster
 from explore.studies.designs.spaces import BLOCK_SIZE
 
-GRID = """
-mechanism = "crank-rocker"
-[parameters]
-crank = { start = 60, stop = 180, num = 16 }
-coupler = { start = 900, stop = 1300, num = 21 }
-rocker = { start = 450, stop = 660, num = 15 }
-ground = { start = 620, stop = 830, num = 15 }
-speed = [1, 2.5]
+GRID = grid("""\
 [constraints]
 transmission_angle_min = { min = 20 }
 [rank]
 metrics = ["cv", "swing_angle:max", "transmission_angle_min:max"]
-"""
+""")
 SOBOL = box("""\
 count = 400_000
 [constraints]

@@ -2,7 +2,7 @@
 
 import pandas as pd
 import pytest
-from studies import FEW
+from studies import FEW, sweep_text
 
 import explore
 
@@ -49,8 +49,7 @@ def test_coverage():
 
 @pytest.fixture
 def results(tmp_path):
-    (tmp_path / "few.toml").write_text(FEW)
-    return explore.sweep(explore.load_study(tmp_path / "few.toml"), tmp_path / "few.h5")
+    return sweep_text(tmp_path, FEW, "few")
 
 
 def test_rank(results):

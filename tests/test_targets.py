@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from command_line import run
 from scipy.spatial import cKDTree
+from synthesis_cases import least_ordered
 
 import explore
 from explore.base.errors import ConfigError, RequestError
@@ -301,15 +302,7 @@ def least_sum(design, path, count=360):
     height = np.sqrt(coupler**2 / square - share**2)
     curve = pin + (along + 1j * across) * diagonal * (share + 1j * branch * height) / coupler
     points = (path[:, 0] - x + 1j * (path[:, 1] - y)) * np.exp(-1j * np.radians(angle))
-    squares = np.abs(curve - points[:, None]) ** 2
-    turns = (np.arange(count)[:, None] + np.arange(count + 1)) % count  # from each start, a turn
-    least = np.inf
-    for order in (squares, squares[::-1]):
-        sums = np.repeat(order[0][:, None], count + 1, axis=1)
-        for row in order[1:]:
-            sums = np.minimum.accumulate(sums + row[turns], axis=1)
-        least = min(least, sums[:, -1].min())
-    return least
+    return least_ordered(np.abs(curve - points[:, None]) ** 2)
 
 
 def test_the_order_is_the_best_of_all():

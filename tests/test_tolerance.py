@@ -9,7 +9,7 @@ import pytest
 from command_line import call, run
 from scipy.special import ndtr
 from scipy.stats import binomtest
-from studies import GOOD
+from studies import GOOD, sweep_text
 
 import explore
 from explore import charts
@@ -49,8 +49,7 @@ rocker = 0.5
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("tolerance")
-    (folder / "study.toml").write_text(STUDY, encoding="utf-8")
-    explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5")
+    sweep_text(folder, STUDY)
     return folder
 
 

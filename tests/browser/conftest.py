@@ -4,8 +4,8 @@ import os
 
 import pytest
 from command_line import call
+from studies import box, sweep_text
 
-import explore
 from browser.chromium import find_browser, find_driver, silent_page
 
 #: Designs that are feasible, screened, undefined, blocked or cannot be assembled; few, so each value is compared.
@@ -23,25 +23,14 @@ rocker_velocity_mean = { min = 0.8, max = 1.2 }
 metrics = ["cv", "swing_angle:max"]
 """
 
-#: Designs of a Sobol' sequence, whose values have all digits.
-SOBOL = """mechanism = "crank-rocker"
-[parameters]
-crank = 50
-coupler = {{ min = 50, max = 1000 }}
-rocker = {{ min = 50, max = 500 }}
-ground = {{ min = 50, max = 1000 }}
-[sampling]
-method = "sobol"
-count = {count}
+
+def sobol(count):
+    """Designs of a Sobol' sequence, whose values have all digits."""
+    return box(f"""count = {count}
 [constraints]
 transmission_angle_min = {{ min = 30 }}
 transmission_angle_max = {{ max = 150 }}
-"""
-
-
-def sweep_study(folder, name, text):
-    (folder / f"{name}.toml").write_text(text)
-    return explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5")
+""")
 
 
 def report_of(path, *, seconds=240):
@@ -66,7 +55,7 @@ def browser():
 @pytest.fixture(scope="session")
 def study(tmp_path_factory):
     """Results of 3,780 designs, with their page beside the file."""
-    results = sweep_study(tmp_path_factory.mktemp("report"), "small", STUDY)
+    results = sweep_text(tmp_path_factory.mktemp("report"), STUDY, "small")
     report_of(results.path)
     return results
 

@@ -6,10 +6,11 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
+from studies import sweep_text
 
 import explore
 from browser.chromium import settle, silent_page
-from browser.conftest import report_of, sweep_study
+from browser.conftest import report_of
 
 SIGNALS = (
     "coupler_angle", "rocker_angle", "transmission_angle", "coupler_velocity", "rocker_velocity",
@@ -192,7 +193,7 @@ metrics = ["swing_angle:max", "pin_force_peak:min"]
 
 
 def test_the_test_rig_is_drawn_without_strokes_and_clutches(browser, tmp_path):
-    with silent_page(browser, report_of(sweep_study(tmp_path, "rig", RIG).path), reduced_motion="reduce") as page:
+    with silent_page(browser, report_of(sweep_text(tmp_path, RIG, "rig").path), reduced_motion="reduce") as page:
         static = picture(page)
         page.get_by_role("button", name="Play").click()
         page.wait_for_timeout(200)
@@ -224,7 +225,7 @@ metrics = ["stroke:max"]
 
 
 def test_groove_and_paths_of_points_differ_by_the_dashes_of_the_legend(browser, tmp_path):
-    results = sweep_study(tmp_path, "slicer", SLICER)
+    results = sweep_text(tmp_path, SLICER, "slicer")
     with silent_page(browser, report_of(results.path), reduced_motion="reduce") as page:
         drawn = page.evaluate(
             """() => {
@@ -288,7 +289,7 @@ def limit_line_rows(page, title):
     ],
 )
 def test_curves_show_the_limit_lines_and_strokes_of_the_study(browser, tmp_path, window, constraints, lines):
-    results = sweep_study(tmp_path, "turn", STUDY.format(window=window, constraints=constraints))
+    results = sweep_text(tmp_path, STUDY.format(window=window, constraints=constraints), "turn")
     options = {"color_scheme": "light", "reduced_motion": "reduce", "device_scale_factor": 2}
     with silent_page(browser, report_of(results.path), **options) as page:
         titles = page.locator(".curve .title").all_inner_texts()

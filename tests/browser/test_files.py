@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from command_line import call, run
+from studies import sweep_text
 
 import explore
 from browser.chromium import select, settle, shown_count, silent_page
-from browser.conftest import sweep_study
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -32,8 +32,8 @@ metrics = ["cv", "swing_angle:max"]
 def folder(tmp_path_factory):
     """A folder with two results, of which the second has no column of speeds and another drive stroke."""
     folder = tmp_path_factory.mktemp("files")
-    sweep_study(folder, "first_one", STUDY.format(start=60, more="speed = 4", drive="slow"))
-    sweep_study(folder, "second", STUDY.format(start=97, more="", drive="fast"))
+    sweep_text(folder, STUDY.format(start=60, more="speed = 4", drive="slow"), "first_one")
+    sweep_text(folder, STUDY.format(start=97, more="", drive="fast"), "second")
     run("report", "first_one.h5", "second.h5", "-o", "both.html", cwd=folder)
     return folder
 

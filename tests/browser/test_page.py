@@ -6,10 +6,11 @@ import shlex
 import numpy as np
 import pytest
 from store_files import ATTRIBUTES, COLUMNS, values
+from studies import sweep_text
 
 import explore
 from browser.chromium import settle, shown_count, silent_page, wait_ready
-from browser.conftest import SOBOL, report_of, sweep_study
+from browser.conftest import report_of, sobol
 from explore.model.columns import Column
 from explore.results.store.all_designs_writer import AllDesignsWriter
 
@@ -39,8 +40,8 @@ def chosen_title(page):
 
 def test_the_page_names_the_designs_nearest_to_feasible(browser, page, tmp_path):
     assert "Nearest to feasible" not in page.locator("body").inner_text()  # enough is feasible
-    text = SOBOL.format(count=2000) + "swing_angle = { min = 60 }\ntime_ratio = { max = 1.001 }\n"
-    results = sweep_study(tmp_path, "none", text)
+    text = sobol(2000) + "swing_angle = { min = 60 }\ntime_ratio = { max = 1.001 }\n"
+    results = sweep_text(tmp_path, text, "none")
     nearest = explore.nearest(results, 10)
     assert not explore.read_results(results.path)["feasible"].any()
 
@@ -180,7 +181,7 @@ def luminance(colour: str) -> float:
 @pytest.mark.parametrize(("count", "megabytes", "seconds"), [(10_000, 3.0, 2.0), (100_000, 10.0, 5.0)])
 def test_size_and_time_until_ready(browser, tmp_path, count, megabytes, seconds):
     """With all 29 default columns."""
-    results = sweep_study(tmp_path, "sobol", SOBOL.format(count=count))
+    results = sweep_text(tmp_path, sobol(count), "sobol")
     path = report_of(results.path)
     assert path.stat().st_size <= megabytes * 1e6
     times = []
@@ -193,7 +194,7 @@ def test_size_and_time_until_ready(browser, tmp_path, count, megabytes, seconds)
 
 
 def test_a_page_of_more_designs_than_it_holds(browser, tmp_path):
-    results = sweep_study(tmp_path, "sobol", SOBOL.format(count=180_000))
+    results = sweep_text(tmp_path, sobol(180_000), "sobol")
     front, frame = explore.rank(results), results.to_pandas()
     feasible = int(frame["feasible"].sum())
     with silent_page(browser, report_of(results.path)) as page:
@@ -223,7 +224,7 @@ def check_density(page, feasible):
 
 
 def test_results_of_the_front_only_say_so(browser, tmp_path):
-    (tmp_path / "front.toml").write_text(SOBOL.format(count=2000))
+    (tmp_path / "front.toml").write_text(sobol(2000))
     study = explore.load_study(tmp_path / "front.toml")
     results = explore.sweep(study, tmp_path / "front.h5", keep="front")
     with silent_page(browser, report_of(results.path)) as page:
@@ -307,7 +308,7 @@ def tick_labels(page, column):
 
 def test_values_that_differ_only_by_rounding_are_not_spread_over_the_axis(browser, tmp_path):
     """Solved lengths give a swing of 20 deg up to rounding, which must not fill the height of the axis."""
-    results = sweep_study(tmp_path, "solved", SOLVED.format(swing=20))
+    results = sweep_text(tmp_path, SOLVED.format(swing=20), "solved")
     swings = results.to_pandas(["swing_angle"])["swing_angle"].dropna().unique()
     assert len(swings) > 1
     with silent_page(browser, report_of(results.path)) as page:
@@ -317,7 +318,7 @@ def test_values_that_differ_only_by_rounding_are_not_spread_over_the_axis(browse
 
 
 def test_an_axis_without_values_has_no_ticks(browser, tmp_path):
-    results = sweep_study(tmp_path, "unreachable", SOLVED.format(swing=175))
+    results = sweep_text(tmp_path, SOLVED.format(swing=175), "unreachable")
     assert results.to_pandas(["swing_angle"])["swing_angle"].isna().all()
     with silent_page(browser, report_of(results.path)) as page:
         assert tick_labels(page, "swing angle deg") == []

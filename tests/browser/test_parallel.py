@@ -1,9 +1,10 @@
 """Parallel axes: their order, colours and headings, and the opacity of their lines."""
 
 import pytest
+from studies import sweep_text
 
 from browser.chromium import conditions, drag, select, settle, silent_page
-from browser.conftest import STUDY, report_of, sweep_study
+from browser.conftest import STUDY, report_of
 
 
 def headings(page):
@@ -99,7 +100,7 @@ def test_crosses_in_the_scatter_are_pale(browser, tmp_path, scheme):
     """Most orange pixels, which are those of infeasible designs, have an opacity below one half."""
     # This constraint needs samples. Those that do not screen, and screened designs have no values to show.
     text = STUDY.replace("rocker_velocity_mean = { min = 0.8, max = 1.2 }", "rocker_velocity_max = { max = 0.9 }")
-    path = report_of(sweep_study(tmp_path, "pale", text).path)
+    path = report_of(sweep_text(tmp_path, text, "pale").path)
     with silent_page(browser, path, color_scheme=scheme) as page:
         n_pixels, median_alpha = page.evaluate(
             """() => {

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from studies import sweep_text
 
 import explore
 from browser.chromium import silent_page
-from browser.conftest import report_of, sweep_study
+from browser.conftest import report_of
 from explore.figures.charts.path import path_chart
 
 STUDY = """mechanism = "crank-rocker"
@@ -33,7 +34,7 @@ length = "in"
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_distance_to_the_target_agrees_with_the_figure(browser, tmp_path, scheme):
-    results = sweep_study(tmp_path, "path", STUDY)
+    results = sweep_text(tmp_path, STUDY, "path")
     path = report_of(results.path)
     best = int(explore.rank(results).index[0])
     error = path_chart(results, design=best).axes[1]

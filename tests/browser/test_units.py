@@ -5,10 +5,11 @@ import json
 import numpy as np
 import pytest
 from command_line import call
+from studies import sweep_text
 
 import explore
 from browser.chromium import silent_page
-from browser.conftest import STUDY, sweep_study
+from browser.conftest import STUDY
 from explore.base.units.shown import read_shown_units
 
 CHOICES = ["--units", "length=in", "--units", "speed=rpm", "--units", "angle=rad"]
@@ -18,7 +19,7 @@ UNITS = read_shown_units({"length": "in", "speed": "rpm", "angle": "rad"})
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     """Designs with their page in inches, rpm and radians beside the file."""
-    results = sweep_study(tmp_path_factory.mktemp("units"), "inches", STUDY)
+    results = sweep_text(tmp_path_factory.mktemp("units"), STUDY, "inches")
     page = results.path.with_suffix(".html")
     code, _, err = call("report", results.path, *CHOICES, "-o", page, seconds=240)
     assert code == 0, err

@@ -3,25 +3,22 @@
 import random
 
 import pytest
+from studies import grid
 
 import explore
 from clusters.processes import Cluster, digest
 from explore.running.collectors import AllDesignsCollector, FrontCollector
 
 #: Every kind of column, three blocks and a part of one: moments, extremes, constraints, several speeds.
-STUDY = """\
-mechanism = "crank-rocker"
-[parameters]
-crank = { start = 60, stop = 180, num = 22 }
-coupler = { start = 900, stop = 1300, num = 21 }
-rocker = { start = 450, stop = 660, num = 15 }
-ground = { start = 620, stop = 830, num = 15 }
-speed = [1, 2.5]
+STUDY = grid(
+    """\
 [constraints]
 transmission_angle_min = { min = 20 }
 [rank]
 metrics = ["cv", "transmission_angle_min:max"]
-"""
+""",
+    num=22,
+)
 
 
 @pytest.fixture(scope="module")

@@ -5,17 +5,11 @@ import subprocess
 import sys
 from pathlib import Path
 
-#: Times `num`, 9,450 designs. Blocks hold 65,536.
-_STUDY = """\
-mechanism = "crank-rocker"
-[parameters]
-crank = {{ start = 60, stop = 180, num = {num} }}
-coupler = {{ start = 900, stop = 1300, num = 21 }}
-rocker = {{ start = 450, stop = 660, num = 15 }}
-ground = {{ start = 620, stop = 830, num = 15 }}
-speed = [1, 2.5]
+from studies import grid
+
+_REST = """\
 [constraints]
-transmission_angle_min = {{ min = 20 }}
+transmission_angle_min = { min = 20 }
 [rank]
 metrics = ["cv", "transmission_angle_min:max"]
 """
@@ -24,7 +18,7 @@ metrics = ["cv", "transmission_angle_min:max"]
 def study(folder: Path, num: int = 16) -> Path:
     """A study of a crank-rocker with, by default, three blocks."""
     path = folder / f"study{num}.toml"
-    path.write_text(_STUDY.format(num=num))
+    path.write_text(grid(_REST, num))
     return path
 
 
