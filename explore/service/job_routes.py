@@ -3,13 +3,12 @@
 import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, HTTPException, Query, Request, Response
 from fastapi.responses import PlainTextResponse, StreamingResponse
 
-from explore.service.job_files import Kind
 from explore.service.queue import UnknownJobError
 from explore.service.requests import (
     JobName,
@@ -18,6 +17,7 @@ from explore.service.requests import (
     RefinementSubmission,
     StationOf,
     StudySubmission,
+    Submission,
     TaskSubmission,
 )
 from explore.service.station import Station
@@ -46,8 +46,7 @@ def submit_study(
     submission: StudySubmission, station: StationOf, owner: OwnerOf, response: Response, dry_run: _DryRun = False
 ) -> dict[str, Any]:
     """Queue a study, as for `explore sweep`; all its problems come at once, with line and key."""
-    job = _NewJob(submission.name, submission.study, Kind.study, submission.priority, owner, submission.keep)
-    return _submit(station, job, response, dry_run=dry_run)
+    return _submit(station, submission, submission.study, owner, response, submission.keep, dry_run=dry_run)
 
 
 @router.post("/tasks", status_code=201)
@@ -55,8 +54,7 @@ def submit_task(
     submission: TaskSubmission, station: StationOf, owner: OwnerOf, response: Response, dry_run: _DryRun = False
 ) -> dict[str, Any]:
     """Queue a task, as for `explore synthesize`; all its problems come at once, with line and key."""
-    job = _NewJob(submission.name, submission.task, Kind.task, submission.priority, owner)
-    return _submit(station, job, response, dry_run=dry_run)
+    return _submit(station, submission, submission.task, owner, response, dry_run=dry_run)
 
 
 @router.post("/refinements", status_code=201)
@@ -64,34 +62,22 @@ def submit_refinement(
     submission: RefinementSubmission, station: StationOf, owner: OwnerOf, response: Response, dry_run: _DryRun = False
 ) -> dict[str, Any]:
     """Queue the refinement of the results of a job that is done, as `explore refine` makes it."""
-    job = _NewJob(submission.name, submission.text, Kind.refinement, submission.priority, owner)
-    return _submit(station, job, response, dry_run=dry_run)
+    return _submit(station, submission, submission.text, owner, response, dry_run=dry_run)
 
 
-@dataclass(frozen=True)
-class _NewJob:
-    """A job that a client submits."""
-
-    name: str
-    text: str
-    kind: Kind
-    priority: int
-    owner: str
-    keep: str = "all"
-
-
-def _submit(station: Station, new: _NewJob, response: Response, *, dry_run: bool) -> dict[str, Any]:
-    content = new.text.encode("utf-8", "surrogatepass")  # a lone surrogate is then refused as no UTF-8
+def _submit(
+    station: Station, submission: Submission, text: str, owner: str, response: Response, keep: str = "all",
+    *, dry_run: bool,
+) -> dict[str, Any]:  # fmt: skip
+    content = text.encode("utf-8", "surrogatepass")  # a lone surrogate is then refused as no UTF-8
+    name, kind, jobs = submission.name, submission.kind, station.jobs
     with _PLANS.taken():
         if dry_run:
             response.status_code = 200
-            plan = station.jobs.plan(new.name, content, kind=new.kind, keep=new.keep)
+            plan = jobs.plan(name, content, kind=kind, keep=keep)
             seconds, note = station.estimates.seconds(content, plan)
             return {**asdict(plan), "seconds": seconds, "note": station.folder.without_path(note)}
-        job = station.jobs.submit(
-            new.name, content, kind=new.kind, keep=new.keep, priority=new.priority, owner=new.owner
-        )
-        return job.to_json()
+        return jobs.submit(name, content, kind=kind, keep=keep, priority=submission.priority, owner=owner).to_json()
 
 
 @router.get("/jobs")

@@ -1,6 +1,6 @@
 """What requests hold, and the parts of the service that their routes use."""
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from fastapi import Depends, Path, Request
 from pydantic import BaseModel, ConfigDict, Field, StrictInt, StrictStr
@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field, StrictInt, StrictStr
 from explore.analysis.refining.plan import EVALUATIONS
 from explore.service.access import Access
 from explore.service.folder import NAME
-from explore.service.job_files import MOST_FILE_BYTES, Refinement
+from explore.service.job_files import MOST_FILE_BYTES, Kind, Refinement
 from explore.service.station import Station
 
 
@@ -16,34 +16,39 @@ class _Body(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-class StudySubmission(_Body):
+class Submission(_Body):
+    """What every job to queue has."""
+
+    kind: ClassVar[Kind]
+    name: StrictStr = Field(max_length=100, description="Name of the job and of its results.")
+    priority: StrictInt = Field(5, ge=1, le=9, description="1 runs first, 9 last.")
+
+
+class StudySubmission(Submission):
     """A study to queue."""
 
-    name: StrictStr = Field(max_length=100, description="Name of the job and of its results.")
+    kind = Kind.study
     study: StrictStr = Field(max_length=MOST_FILE_BYTES, description="The text of the study file, TOML.")
     keep: Literal["all", "front"] = Field("all", description="Keep every design, or only the Pareto set.")
-    priority: StrictInt = Field(5, ge=1, le=9, description="1 runs first, 9 last.")
 
 
-class TaskSubmission(_Body):
+class TaskSubmission(Submission):
     """A task to queue."""
 
-    name: StrictStr = Field(max_length=100, description="Name of the job and of its results.")
+    kind = Kind.task
     task: StrictStr = Field(max_length=MOST_FILE_BYTES, description="The text of the task file, TOML.")
-    priority: StrictInt = Field(5, ge=1, le=9, description="1 runs first, 9 last.")
 
 
-class RefinementSubmission(_Body):
+class RefinementSubmission(Submission):
     """A refinement to queue."""
 
-    name: StrictStr = Field(max_length=100, description="Name of the job and of its results.")
+    kind = Kind.refinement
     refine: StrictStr = Field(max_length=100, description="Name of the job whose results are refined.")
     metric: list[Annotated[StrictStr, Field(max_length=1000)]] = Field(
         [], max_length=20, description="NAME, NAME:min or NAME:max, two or more: objectives in place of the study's."
     )
     evaluations: StrictInt = Field(EVALUATIONS, ge=1, lt=2**63, description="Number of designs to evaluate.")
     seed: StrictInt = Field(0, ge=0, lt=2**63, description="Seed of the random steps.")
-    priority: StrictInt = Field(5, ge=1, le=9, description="1 runs first, 9 last.")
 
     @property
     def text(self) -> str:

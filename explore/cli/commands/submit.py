@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -65,16 +67,17 @@ def submit(
     if file is not None:
         if metric or evaluations is not None or seed is not None:
             raise RequestError("--metric, --evaluations and --seed are for --refine; those of a file are in the file")
-        new: _NewFile | _NewRefinement = _NewFile(service, file, name, keep, priority)
+        plan, queue = _calls_for_file(service, file, name, keep, priority)
     elif keep != KeepOption.all:
         raise RequestError("a refinement keeps all its designs; leave out --keep")
     else:
-        new = _NewRefinement(service, str(refine), name, metric, evaluations, seed or 0, priority)
+        options: dict[str, Any] = {"objectives": metric, "evaluations": evaluations, "seed": seed or 0}
+        plan = partial(service.plan_refinement, str(refine), **options)
+        queue = partial(service.refine, str(refine), name=name, priority=priority, **options)
     if dry_run:
-        plan = new.plan()
-        print_json(plan) if as_json else _print_plan(plan)
+        print_json(plan()) if as_json else _print_plan(plan())
         return
-    job = new.submit()
+    job = queue()
     if wait or output is not None:
         _wait(job)
     if output is not None:
@@ -88,62 +91,20 @@ def submit(
         say(f"{job.name}: {designs}{progress.state} at {server}")
 
 
-@dataclass(frozen=True)
-class _NewFile:
-    """A study or task to submit."""
+def _calls_for_file(
+    service: Service, file: Path, name: str | None, keep: KeepOption, priority: int
+) -> tuple[Callable[[], dict[str, Any]], Callable[[], JobHandle]]:
+    """What plans and what queues a study or a task; its default name is that of the file."""
+    from explore.studies.config import toml_text
 
-    service: Service
-    file: Path
-    name: str | None
-    keep: KeepOption
-    priority: int
+    text = toml_text.read_text(str(file))
+    if _NAMES_A_FILE.search(text):  # what reads files takes a second to import
+        from explore.service.inlined_points import with_points
 
-    def plan(self) -> dict[str, Any]:
-        text, name = self._read()
-        return self.service.plan(text, name=name, keep=self.keep.value)
-
-    def submit(self) -> JobHandle:
-        text, name = self._read()
-        return self.service.submit(text, name=name, keep=self.keep.value, priority=self.priority)
-
-    def _read(self) -> tuple[str, str]:
-        """The text, and the name of the job."""
-        from explore.studies.config import toml_text
-
-        text = toml_text.read_text(str(self.file))
-        if _NAMES_A_FILE.search(text):  # what reads files takes a second to import
-            from explore.service.inlined_points import with_points
-
-            text = with_points(text, self.file)
-        return text, self.name or re.sub(r"[^a-z0-9_-]+", "-", self.file.stem.lower()).strip("-_")
-
-
-@dataclass(frozen=True)
-class _NewRefinement:
-    """A refinement to submit."""
-
-    service: Service
-    refine: str
-    name: str | None
-    metrics: list[str] | None
-    evaluations: int | None
-    seed: int
-    priority: int
-
-    def plan(self) -> dict[str, Any]:
-        return self.service.plan_refinement(
-            self.refine, objectives=self.metrics, evaluations=self.evaluations, seed=self.seed
-        )
-
-    def submit(self) -> JobHandle:
-        return self.service.refine(
-            self.refine,
-            name=self.name,
-            objectives=self.metrics,
-            evaluations=self.evaluations,
-            seed=self.seed,
-            priority=self.priority,
-        )
+        text = with_points(text, file)
+    own = name or re.sub(r"[^a-z0-9_-]+", "-", file.stem.lower()).strip("-_")
+    plan = partial(service.plan, text, name=own, keep=keep.value)
+    return plan, partial(service.submit, text, name=own, keep=keep.value, priority=priority)
 
 
 def _print_plan(plan: dict[str, Any]) -> None:
