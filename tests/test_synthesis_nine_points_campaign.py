@@ -9,10 +9,11 @@ import pytest
 from explore.synthesis.nine_points import homotopy
 from explore.synthesis.nine_points.certificates import certify
 from explore.synthesis.nine_points.classes import N_CLASSES, SAME, distinct, has_point, is_degenerate, keys, residuals
+from explore.synthesis.nine_points.endgame import DEGENERATE as DEGENERATE_FATE
 from explore.synthesis.nine_points.endgame import INFINITE, LOST, REGULAR
 from explore.synthesis.nine_points.four_bars import distance_from_real
 from explore.synthesis.nine_points.regularity import is_regular
-from explore.synthesis.nine_points.solving import find_all, merge
+from explore.synthesis.nine_points.solving import find_all, merge, with_short_links
 
 
 def plane(rng, count, spread=1.0):
@@ -147,6 +148,18 @@ def test_systems_with_lost_and_wrong_ends_are_not_complete(both_systems, first, 
             systems = [damaged(each, fate, known[k]) if n == number else each for n, each in enumerate(systems)]
     found = merge(systems, points, size)
     assert (found.certificates.n_proved, found.is_complete) == (n_proved, is_complete)
+
+
+def test_a_link_without_proof_is_no_point_unless_it_is_short(both_systems):
+    """Ends with a link of 1e-7 and of 1e-9 of the points' size, at which there is no linkage."""
+    points, size, systems = both_systems
+    ends = systems[0]
+    rows = np.flatnonzero(ends.fates == INFINITE)[:2]
+    solutions, fates = ends.solutions.copy(), ends.fates.copy()
+    solutions[rows], fates[rows] = plane(np.random.default_rng(28), 8), DEGENERATE_FATE
+    solutions[rows, 4] = solutions[rows, 0] + [1e-7, 1e-9]
+    told = with_short_links(dataclasses.replace(ends, solutions=solutions, fates=fates), points, size)
+    assert told.fates[rows].tolist() == [LOST, DEGENERATE_FATE]
 
 
 @pytest.mark.parametrize("count", [1, pytest.param(1000, marks=pytest.mark.slow)])

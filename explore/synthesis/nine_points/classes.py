@@ -102,9 +102,14 @@ def is_degenerate(solutions: ComplexArray, tolerance: float) -> npt.NDArray[np.b
     return np.asarray(is_short.any(axis=0) | ~np.isfinite(solutions).all(axis=1))
 
 
+def shortest_link(solutions: ComplexArray) -> FloatArray:
+    """The least size of a link's vector or its hat, shape (n,)."""
+    return np.asarray(np.abs(link_vectors(solutions)).min(axis=0))
+
+
 def has_point(solutions: ComplexArray) -> npt.NDArray[np.bool_]:
     """Whether a link is so short that the rounding of the points may be all of it."""
-    return np.asarray((np.abs(link_vectors(solutions)) < _ROUNDING).any(axis=0))
+    return shortest_link(solutions) < _ROUNDING
 
 
 @np.errstate(all="ignore")  # as above

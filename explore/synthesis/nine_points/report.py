@@ -51,9 +51,10 @@ class NinePointReport:
         """What was found, what of it is proved, and whether anything can be missing."""
         solutions, n_passing = self.solutions, sum(each.passage.fate == PASSES for each in self.linkages)
         lost = "are lost or lead to what is not proved" if solutions.n_unproved else "are lost"
+        point = "a link that is a point" if has_more_digits() else "a link that is a point, or too short to tell"
         others = [
             (solutions.n_singular, "to singular solutions"),
-            (solutions.n_degenerate, "to linkages with a link that is a point"),
+            (solutions.n_degenerate, f"to linkages with {point}"),
             (solutions.n_infinite, "to infinity"),
             (solutions.n_lost, f"{lost}, so that linkages may be missing"),
         ]

@@ -10,7 +10,7 @@ from explore.base.errors import RequestError
 from explore.model.progress import ReportProgress
 from explore.synthesis.linkages import ComplexArray, FourBar
 from explore.synthesis.nine_points.certificates import Certificates, certify
-from explore.synthesis.nine_points.classes import N_CLASSES, SAME, distinct, has_point
+from explore.synthesis.nine_points.classes import N_CLASSES, SAME, distinct, has_point, shortest_link
 from explore.synthesis.nine_points.endgame import DEGENERATE, INFINITE, LOST, REGULAR, SINGULAR
 from explore.synthesis.nine_points.equations import N_POINTS
 from explore.synthesis.nine_points.four_bars import distance_from_real, linkages_of
@@ -18,6 +18,8 @@ from explore.synthesis.nine_points.homotopy import Ends, has_more_digits, is_rep
 
 #: Largest relative distance of hats from conjugates in real solutions.
 _REAL = 1e-6
+#: Longest link, in units of the points' size, that is a point where no linkage is proved: limits have 1e-9 there.
+_POINT = 1e-8
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,8 @@ class NinePointSolutions:
         them linkages at a dead point, or with a pivot, at one of the points.
     n_singular, n_degenerate, n_infinite
         Numbers of the other paths, of the start system that leaves most unknown: to singular solutions, to linkages
-        with a link that is a point, and to linkages with a pivot at infinity, as sliders have.
+        with a link that is a point, shorter than 1e-8 of `size` and without a proof, and to linkages with a pivot at
+        infinity, as sliders have.
     is_interrupted
         Whether the user stopped before all paths were followed.
     is_consistent
@@ -77,7 +80,7 @@ class NinePointSolutions:
 
     @property
     def is_complete(self) -> bool:
-        """Whether it is known where all paths lead, so that no other isolated linkage exists.
+        """Whether it is known where all paths lead, so that no other isolated linkage without such a point exists.
 
         Each regular solution is the end of one path. With 1442 that are proved to differ there is no other; with fewer,
         two start systems have to leave no room for one, and more digits to tell short links from points.
@@ -102,12 +105,12 @@ def find_all(points: ComplexArray, report: ReportProgress | None = None) -> Nine
         one, other = sorted(np.argwhere(gaps == gaps.min())[0].tolist())
         raise RequestError(f"points {one + 1} and {other + 1} are equal; remove one or move it")
     parameters = np.concatenate([vectors, vectors.conj()]).astype(np.complex128) / size
-    systems = [_with_short_links(solve(parameters, 0, report), points, size)]
+    systems = [with_short_links(solve(parameters, 0, report), points, size)]
     found = merge(systems, points, size)
     if found.is_interrupted or found.certificates.n_proved == N_CLASSES:
         return found
     try:
-        systems.append(_with_short_links(solve(parameters, 1, report), points, size))
+        systems.append(with_short_links(solve(parameters, 1, report), points, size))
     except KeyboardInterrupt:
         systems[0] = replace(systems[0], is_interrupted=True)
     return merge(systems, points, size)
@@ -135,11 +138,12 @@ def merge(systems: Sequence[Ends], points: ComplexArray, size: float) -> NinePoi
     )  # fmt: skip
 
 
-def _with_short_links(ends: Ends, points: ComplexArray, size: float) -> Ends:
-    """The ends, of which those at a link that seems to be a point are regular where a linkage is proved there."""
+def with_short_links(ends: Ends, points: ComplexArray, size: float) -> Ends:
+    """The ends, of which those at a link that seems to be a point are regular or lost where it is a short one."""
     rows = np.flatnonzero((ends.fates == DEGENERATE) & np.isfinite(ends.solutions).all(axis=1))
     fates = ends.fates.copy()
     proofs = certify(ends.solutions[rows], points, size)
     fates[rows[proofs.is_proved & ~has_point(proofs.centres)]] = REGULAR
+    fates[rows[~proofs.is_proved & (shortest_link(proofs.centres) > _POINT)]] = LOST
     fates[is_repeated(ends.solutions, fates == REGULAR)] = LOST
     return replace(ends, fates=fates)
