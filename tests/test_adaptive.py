@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from shapes_mechanism import NAMES, ROUNDING, SHAPES
+from shapes_mechanism import NAMES, ROUNDING, SHAPES, Row
 from toy_mechanism import PEAK, WRONG_PEAK
 
 from explore.evaluation import sampled
@@ -98,18 +98,29 @@ def test_smooth_signals_need_no_halving():
         assert (columns["nodes"] == 2 * 16 * 18).all()
 
 
+def cut_at(at, noise_row=-1):
+    """The mechanism whose corners are at the zeros of a signal."""
+    signals = [replace(signal, has_corners=True, corners_at=at) for signal in SHAPES.signals if signal.name == "corner"]
+    others = [signal for signal in SHAPES.signals if signal.name != "corner"]
+    rounding = Signal("rounding", "1", "rounding", ROUNDING, 1, terms_row=NAMES.index("constant"))
+    return replace(SHAPES, signals=(*signals, *others, rounding), noise_row=noise_row)
+
+
 @pytest.mark.parametrize(
     ("at", "order", "is_computed"), [("wave", 60, True), ("wave", 400, False), ("rounding", 1, True)]
 )
 def test_more_zeros_than_panels_are_cut_at_have_no_bound(at, order, is_computed):
     """A corner or a pulse may stand between those that are not found; but zeros of rounding errors are none."""
-    signals = [replace(signal, has_corners=True, corners_at=at) for signal in SHAPES.signals if signal.name == "corner"]
-    others = [signal for signal in SHAPES.signals if signal.name != "corner"]
-    rounding = Signal("rounding", "1", "rounding", ROUNDING, 1, terms_row=NAMES.index("constant"))
-    mechanism = replace(SHAPES, signals=(*signals, *others, rounding))
-    columns = evaluate(mechanism, shapes(3, order), ["corner_mean"], 1e-6)
+    columns = evaluate(cut_at(at), shapes(3, order), ["corner_mean"], 1e-6)
     assert (columns["status"] == (Status.OK if is_computed else Status.TOLERANCE_NOT_MET)).all()
     assert (np.isfinite(columns["error"]) == is_computed).all()
+
+
+def test_zeros_are_told_from_rounding_by_the_noise_of_their_own_design():
+    """Not by that of the first design of its chunk, here so noisy that all its waves are rounding."""
+    designs = shapes(2, 400) | {"distance": np.array([1e9, 0.1])}
+    columns = evaluate(cut_at("wave", noise_row=Row.DISTANCE - Row.PLACE), designs, ["corner_mean"], 1e-6)
+    assert columns["status"].tolist() == [Status.OK, Status.TOLERANCE_NOT_MET]
 
 
 def test_a_corner_within_an_interval():

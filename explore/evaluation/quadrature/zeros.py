@@ -171,8 +171,9 @@ def cut_at_zeros(fill, sizes, needs, corner_rows, work, tile, count):
     Return the number of panels, and whether a panel has more zeros than it is cut at.
     """
     panels, zeros, number, is_missed = work.panels, tile.state, count, False
+    design = work.owner[0]
     for lane in range(LANES):
-        tile.lane_designs[lane] = work.owner[0]
+        tile.lane_designs[lane] = design
     gather_constants(
         work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
     )  # fmt: skip
@@ -180,7 +181,7 @@ def cut_at_zeros(fill, sizes, needs, corner_rows, work, tile, count):
         found = 0
         for i in range(len(corner_rows)):
             row, terms_row = corner_rows[i, 0], corner_rows[i, 1]
-            found = _collect_zeros(fill, needs, sizes.rows, row, terms_row, work.noise[0], panels, k, found, tile)
+            found = _collect_zeros(fill, needs, sizes.rows, row, terms_row, work.noise[design], panels, k, found, tile)
         if found > _MOST_ZEROS:
             found, is_missed = _MOST_ZEROS, True
         centre, half, end, at_end = panels[CENTRE + k], panels[HALF + k], 1.0, _angle(panels, k, 1.0)
