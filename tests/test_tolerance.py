@@ -247,7 +247,10 @@ def test_at_80_columns_the_front_keeps_the_lengths_and_leaves_out_statistics(fol
 
 
 def test_an_analysis_that_was_killed_is_finished(folder, robustness, tmp_path, monkeypatch):
-    """Before its commit its file is there, without a design; after it the file is complete, and left as it is."""
+    """Before its commit its file is there, without a design; after it the file is complete, and left as it is.
+
+    A repeated run has all tables, of which the file has one.
+    """
     source, path = folder / "study.h5", tmp_path / "killed.h5"
 
     def die(*_):
@@ -263,8 +266,10 @@ def test_an_analysis_that_was_killed_is_finished(folder, robustness, tmp_path, m
     with pytest.raises(ResultsError, match=r"killed\.h5 exists; name another file"):
         explore.tolerance(source, draws=65536, seed=1, path=path)
     for _ in range(2):
-        explore.tolerance(source, draws=65536, path=path)
+        found = explore.tolerance(source, draws=65536, path=path)
         assert path.read_bytes() == (folder / "robust.h5").read_bytes()
+        for table in ("designs", "metrics", "derivatives", "failures"):
+            assert getattr(found, table).equals(getattr(robustness, table))
 
 
 @pytest.mark.parametrize(

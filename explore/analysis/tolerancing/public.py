@@ -55,8 +55,9 @@ def tolerance(
     designs
         Numbers of designs; None for the Pareto set of the study.
     path
-        A new results file for `Robustness.designs`, numbered from 0; ``parent`` has the number in `results`. One that a
-        killed run of the same analysis left unfinished is finished.
+        A results file for `Robustness.designs`, numbered from 0; ``parent`` has the number in `results`. An unfinished
+        one of the same analysis is finished, a finished one left as it is; all is computed in either case, as it has no
+        other table.
     draws
         Number of parts to draw of each design.
     seed
@@ -77,7 +78,7 @@ def tolerance(
     RequestError
         If a name, a tolerance or a number is invalid.
     ResultsError
-        If a design is not in the file, or the new file exists.
+        If a design is not in the file, or the file at `path` has anything but this analysis.
     ClusterError
         If the cluster is lost or runs other versions of the packages.
     """
@@ -93,7 +94,7 @@ def tolerance(
 
 
 def check_target(plan: TolerancePlan, path: Path | str | None, *, restart: bool) -> Path | None:
-    """The results file, refused before anything is computed where it has something else; a killed run's is finished."""
+    """The results file, refused before anything is computed where it has something else than this analysis."""
     if path is None:
         return None
     target = Path(path)
