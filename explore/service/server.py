@@ -38,7 +38,7 @@ _OLDER_LOGS = 4
 _PATIENCE = 5
 #: Number of files and connections to allow at a time, where the system lets it.
 _MOST_OPEN = 65_536
-#: Number of connections that are accepted before any is read; a new one does not give way to a few times as many.
+#: Number of connections accepted before the loop reads from any; far below `_MOST_CONNECTIONS`.
 _AT_ONCE = 32
 #: Number of connections that the system keeps until they are accepted.
 _MOST_QUEUED = 2048
