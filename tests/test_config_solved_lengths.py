@@ -9,7 +9,9 @@ import pytest
 from simple_slider import SIMPLE_SLIDER
 from studies import GOOD
 
+from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.registry import MECHANISMS
+from explore.model.window import Window
 from explore.studies.designs.solved_lengths import SolvedSpace
 from explore.studies.designs.spaces import SolvedLength
 
@@ -118,6 +120,23 @@ def test_a_mechanism_whose_loops_are_not_declared_needs_bounds(load, problems):
         np.testing.assert_allclose(load(bounded).space.designs(0, 2)["offset"], expected, rtol=1e-12)
         open_form = bounded.replace('"stroke", value = 105', '"position_peak_to_peak_cycle", value = 105')
         np.testing.assert_allclose(load(open_form).space.designs(0, 2)["offset"], expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("window", ['"cycle"', "{ from = 20, to = 80 }"])
+def test_a_metric_is_solved_for_over_the_window_of_the_study(load, window):
+    """And a formula of the study is a metric as others are."""
+    text = f"""{SLIDER_STUDY.split("offset")[0]}offset = {{ solve = "reach", value = "16 cm", min = -20, max = 40 }}
+[evaluate]
+window = {window}
+metrics = ["position_max"]
+[metrics]
+reach = {{ formula = "position_max + 2 * offset", unit = "mm" }}
+"""
+    windows = (*SIMPLE_SLIDER.windows, Window("interval", "of crank angles", "interval", needs_stroke=False))
+    with MECHANISMS.including(replace(SIMPLE_SLIDER, loop_lengths=(), windows=windows)):
+        study = load(text)
+        columns = evaluate_columns(study.request, study.space.designs(0, 2)).columns
+    np.testing.assert_allclose(columns["reach"], 160.0, rtol=1e-9)
 
 
 SOLVABLE = ", ".join(metric.name for metric in MECHANISMS["crank-rocker"].metrics[1:])

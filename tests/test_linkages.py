@@ -109,8 +109,13 @@ def test_a_blocked_linkage_is_simulated_where_it_assembles():
         explore.simulate(linkage, short, angles=[90.0, 180.0])
     with pytest.raises(MotionError, match=r"no motion at 180 deg: .* S is out of reach"):
         explore.simulate(linkage, short, angles=[180.0])
-    with pytest.raises(MotionError, match=r"no full turn to simulate: .* S is out of reach"):
-        explore.simulate(linkage, short, angles=12)
+    for whole_turn in (12, [80.0, 450.0]):
+        with pytest.raises(MotionError, match=r"no full turn to simulate: .* S is out of reach"):
+            explore.simulate(linkage, short, angles=whole_turn)
+    at_zero = values | {"link": 15.0, "rise": 120.0}
+    with pytest.raises(MotionError, match="no full turn"):
+        explore.simulate(linkage, at_zero)
+    assert np.isfinite(explore.simulate(linkage, at_zero, angles=[0.0])["S_x"]).all()
 
 
 def _statuses():

@@ -16,7 +16,7 @@ from simple_slider import SIMPLE_SLIDER
 
 import explore
 from explore.mechanisms.registry import MECHANISMS
-from explore.studies.designs.solved_lengths import SolvedSpace, solve
+from explore.studies.designs.solved_lengths import SolvedSpace, _first_root, solve
 from explore.studies.designs.spaces import (
     BLOCK_SIZE,
     ContinuousAxis,
@@ -381,13 +381,13 @@ def test_the_command_line_reports_unreachable_designs(tmp_path, monkeypatch):
     assert (code, out, err) == (0, "", "")
     code, _, err = call("rank")
     assert code == 0
-    assert "left out: 3 unreachable: no length within its bounds gives the value to solve for" in err
+    assert "left out: 3 unreachable: nothing within its bounds gives the value to solve for" in err
     code, out, _ = call("show", "--design", "0")
-    assert "unreachable: no length within its bounds gives the value to solve for" in out
+    assert "unreachable: nothing within its bounds gives the value to solve for" in out
     code, out, err = call("simulate", "rig.toml", "--design", "0")
     assert (code, out) == (1, "")
     assert err.endswith(
-        "error: design 0 of rig.toml has no crank: no length within its bounds gives the value to solve for\n"
+        "error: design 0 of rig.toml has no crank: nothing within its bounds gives the value to solve for\n"
     )
     code, out, err = call("simulate", "rig.toml", "--design", "0", "--set", "crank=5", "--angles", "3")
     assert code == 0, err
@@ -412,3 +412,18 @@ def test_between_bounds_up_to_the_border_of_the_motion(share):
         (crank,) = solve(SolvedLength("crank", request, stroke, 1.0, 300.0), design)
         assert crank == pytest.approx(known[k], rel=1e-12)
         assert np.isnan(solve(SolvedLength("crank", request, 2.0 * rods[k], 1.0, 300.0), design)).all()
+
+
+@pytest.mark.parametrize(
+    ("function", "root"),
+    [
+        (lambda x: np.where(x < 2.3, 1.0, x - 5.2), 5.2),  # a jump to the other sign
+        (lambda x: np.minimum((x - 2.1) ** 2 + 0.01, (x - 6.1) ** 2 - 0.01), 6.0),  # two dips
+        (lambda x: np.where(x < 4.0, np.nan, 7.7 - x), 7.7),
+        (lambda x: np.where(x < 4.0, 1.0, -1.0), np.nan),
+    ],
+)
+def test_the_next_candidate_is_tried_where_one_is_no_root(function, root):
+    lengths = np.linspace(0.0, 10.0, 21)[:, None]
+    found = _first_root(lambda x, _: function(x), lengths, function(lengths), np.arange(1), 1.0)
+    assert found == pytest.approx(root, rel=1e-12, nan_ok=True)

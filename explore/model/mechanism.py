@@ -20,6 +20,7 @@ from explore.model.points import (
     zero_means,
 )
 from explore.model.quantities import FloatArray, GivenMetric, Signal
+from explore.model.status import Status
 from explore.model.targets import Target
 from explore.model.window import Window
 
@@ -97,6 +98,11 @@ class Mechanism(Declaration):
     def knows_rounding(self) -> bool:
         """Whether the rounding errors of every signal follow from a disturbed kernel."""
         return self.disturbed_fill is not None
+
+    @property
+    def moving_statuses(self) -> tuple[int, ...]:
+        """Codes of the statuses of designs with a motion, with strokes or without."""
+        return (int(Status.OK), *(code for code, status in self.statuses.items() if status.lacks_strokes))
 
     def kernel_of(self, signals: Iterable[Signal]) -> Mechanism:
         """The mechanism itself, or its extended one if it does not fill all of these signals."""

@@ -54,5 +54,5 @@ _STATUS_SENTENCES = {
     Status.NOT_FINITE: "a parameter or a metric is not a usable finite number",
     Status.FAILED: "the block of this design failed to compute",
     Status.NOT_GIVEN: "a metric needs a parameter that this design leaves at 0: a load, a rating or an allowed stress",
-    Status.UNREACHABLE: "no length within its bounds gives the value to solve for",
+    Status.UNREACHABLE: "nothing within its bounds gives the value to solve for",
 }

@@ -27,14 +27,14 @@ def motion_signals(
     tolerance: float,
     interval: Window | None = None,
 ) -> tuple[Arrays, str]:
-    """Solve the motion of one design with parameters of shape (1,), at angles (t,) in deg.
+    """Solve the motion of one design that makes a full turn, or moves over the interval, at angles (t,) in deg.
 
-    It can make a full turn, or moves over the interval. By `method` and `tolerance` of `explore.simulate`. The first
-    result has the signals in declared units, each of shape (t,), except those that exist only behind clutches; and,
-    where a kernel of their own fills them, those under load of a design without one, without the strokes they need, or
-    whose status under load is that of no unique forces. By another method than the closed form those that follow from
-    the unknowns of the mechanism's loop. The second is the name and the setting of the method. A `RequestError` says
-    that there is no such method, that it does not solve the mechanism, or that it needs ascending crank angles.
+    Its parameters are of shape (1,), `method` and `tolerance` those of `explore.simulate`. The first result has the
+    signals in declared units, each of shape (t,), except those that exist only behind clutches; and, where a kernel of
+    their own fills them, those under load of a design without one, without the strokes they need, or whose status under
+    load is that of no unique forces. By another method than the closed form those that follow from the unknowns of the
+    mechanism's loop. The second is the name and the setting of the method. A `RequestError` says that there is no such
+    method, that it does not solve the mechanism, or that it needs ascending crank angles.
     """
     if not 0.0 < tolerance < 1.0:
         raise RequestError(f"tolerance = {tolerance:g}; give a number between 0 and 1")
@@ -145,7 +145,7 @@ def mark_angles(mechanism: Mechanism, columns: Arrays) -> dict[str, float]:
 def moves_over(mechanism: Mechanism, columns: Arrays, interval: Window) -> bool:
     """Whether one design of a mechanism that takes an interval has a motion over it."""
     status = int(mechanism.evaluate_closed_form(_geometry(mechanism, columns), interval).status[0])
-    return status == Status.OK or (status in mechanism.statuses and mechanism.statuses[status].lacks_strokes)
+    return status in mechanism.moving_statuses
 
 
 def _status(mechanism: Mechanism, columns: Arrays) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -45,6 +44,9 @@ if TYPE_CHECKING:
 
     from explore.studies.config.linkage import Linkage
     from explore.studies.config.study import Study
+
+#: Least span of a motion over given angles, deg: one angle has none.
+_LEAST_SPAN = 1e-9
 
 
 def list_mechanisms() -> dict[str, str]:
@@ -287,10 +289,10 @@ def _motion_of(mechanism: Mechanism, columns: Arrays, input_angle: FloatArray | 
         return None
     lacks_turn = status in mechanism.statuses and mechanism.statuses[status].lacks_turn
     sentence = mechanism.status_sentences[mechanism.status_labels[status]]
-    if input_angle is None or not (lacks_turn and mechanism.takes_interval):
+    least, greatest = (0.0, 360.0) if input_angle is None else (float(input_angle.min()), float(input_angle.max()))
+    if greatest - least >= 360.0 or not (lacks_turn and mechanism.takes_interval):
         raise MotionError(f"no full turn to simulate: {sentence}")
-    least, greatest = float(input_angle.min()), float(input_angle.max())
-    interval = make_window(mechanism, {"from": least, "to": max(greatest, math.nextafter(least, math.inf))})
+    interval = make_window(mechanism, {"from": least, "to": max(greatest, least + _LEAST_SPAN)})
     if moves_over(mechanism, columns, interval):
         return interval
     place = f"from {least:g} to {greatest:g} deg" if greatest > least else f"at {least:g} deg"

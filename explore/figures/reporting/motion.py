@@ -15,7 +15,6 @@ from explore.model.mechanism import Mechanism
 from explore.model.output_slider import COLUMNS, SLIDER, TRAVEL, TRAVEL_PANEL, TRAVEL_SIGNAL
 from explore.model.points import drawn_name
 from explore.model.quantities import Parameter, Signal
-from explore.model.status import Status
 from explore.results.labels import unit_text
 
 
@@ -33,7 +32,6 @@ def describe_motion(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any]:
 
     Signals are in declared units; the factors of the panels lead to the shown ones.
     """
-    moving = [int(Status.OK), *(code for code, status in mechanism.statuses.items() if status.lacks_strokes)]
     filled = [signal for signal in mechanism.signals if mechanism.fills(signal)]
     names = {signal.name for signal in filled}
     panels = [panel for panel in mechanism.declared_panels if names.issuperset(panel.signals)]
@@ -46,7 +44,7 @@ def describe_motion(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any]:
         "record_rows": mechanism.record_rows,
         "first_parameter": mechanism.first_parameter,
         "status_row": mechanism.status_row,
-        "moving": moving,
+        "moving": list(mechanism.moving_statuses),
         "signal_rows": mechanism.signal_rows,
         "variant_row": mechanism.variant_row,
         "phases_row": mechanism.phases_row,

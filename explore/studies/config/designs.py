@@ -26,6 +26,7 @@ from explore.studies.designs.spaces import (
     Table,
     TableAxis,
 )
+from explore.studies.request.requests import RequestArguments
 
 SAMPLING_METHODS = ("grid", *SAMPLERS, "table")
 #: Largest number of designs, which are numbered in 64 bits.
@@ -79,16 +80,18 @@ def read_space(
     folder: Path,
     problems: Problems,
     table_problems: list[str],
+    asked: RequestArguments,
 ) -> DesignSpace | None:
     """Read the design space from the sections [parameters] and [sampling]; it is valid only when there are no problems.
 
-    `sampling` is None when it is wrong; the name of a table is relative to `folder`.
+    `sampling` is None when it is wrong; the name of a table is relative to `folder`; a length is solved for over the
+    window that the study asks for.
     """
     name = sampling.method if sampling else ""
     # A misspelt method must not cause messages about keys that belong to it.
     method = name if name in SAMPLING_METHODS else closest_name(name, SAMPLING_METHODS)
     axes = read_axes(mechanism, entries, method, problems)
-    solved = read_solved_length(mechanism, entries, problems)
+    solved = read_solved_length(mechanism, entries, asked, problems)
     if sampling is None:
         return None
     space: DesignSpace | None

@@ -111,7 +111,8 @@ def resolve_study(
     mechanism, parameters = read_points(mechanism, study.points, used, method, problems)
     mechanism = add_target_section(mechanism, study.target, folder, problems)
     n_before = len(problems)
-    space = read_space(mechanism, parameters, sampling, folder, problems, table_problems)
+    asked = _arguments(entries.evaluate, study)
+    space = read_space(mechanism, parameters, sampling, folder, problems, table_problems, asked)
     problems[n_before:] = [(key_of_coordinate(mechanism, key), reason) for key, reason in problems[n_before:]]
     has_nonzero = {axis.name: axis.has_nonzero for axis in space.axes} if space is not None else None
     question = _question(mechanism, entries, has_nonzero, _prescribed_metric(space), problems)
@@ -170,12 +171,15 @@ def _mechanism(study: StudyFile, linkage: Linkage | None, *, has_key: bool, prob
         return None
 
 
-def _request(mechanism: Mechanism, evaluate: Evaluate, study: StudyFile, problems: Problems) -> Request:
-    """The request, valid only when there are no problems."""
-    arguments = RequestArguments(
+def _arguments(evaluate: Evaluate, study: StudyFile) -> RequestArguments:
+    return RequestArguments(
         evaluate.metrics, evaluate.window, evaluate.drive, study.constraints, evaluate.tolerance, study.metrics
     )
-    request, request_problems = resolve_request(mechanism, arguments)
+
+
+def _request(mechanism: Mechanism, evaluate: Evaluate, study: StudyFile, problems: Problems) -> Request:
+    """The request, valid only when there are no problems."""
+    request, request_problems = resolve_request(mechanism, _arguments(evaluate, study))
     problems += [(_key(key), reason) for key, reason in request_problems]
     return request
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from explore.base.errors import KeyPath, Problems, RequestError
@@ -16,10 +17,12 @@ from explore.studies.config.schema import SolveTable, read
 from explore.studies.designs.spaces import SolvedLength
 from explore.studies.request.names import find_metric, make_window
 from explore.studies.request.parameters import read_value
-from explore.studies.request.requests import make_request, refuse_label
+from explore.studies.request.requests import RequestArguments, make_request, refuse_label, resolve_request
 
 
-def read_solved_length(mechanism: Mechanism, entries: Mapping[str, Any], problems: Problems) -> SolvedLength | None:
+def read_solved_length(
+    mechanism: Mechanism, entries: Mapping[str, Any], asked: RequestArguments, problems: Problems
+) -> SolvedLength | None:
     """The length to solve for in the section [parameters], or None when there is none or it is wrong."""
     declared = {parameter.name for parameter in mechanism.parameters}
     lengths: list[SolvedLength | None] = []
@@ -35,22 +38,29 @@ def read_solved_length(mechanism: Mechanism, entries: Mapping[str, Any], problem
         elif lengths:
             problems.append((path, "another length is already solved for; one prescribed value determines one length"))
         else:
-            lengths.append(_solved_length(mechanism, name, entry, path, problems))
+            lengths.append(_solved_length(mechanism, name, entry, path, asked, problems))
     return lengths[0] if lengths else None
 
 
 def _solved_length(
-    mechanism: Mechanism, name: str, entry: Mapping[str, Any], path: KeyPath, problems: Problems
+    mechanism: Mechanism,
+    name: str,
+    entry: Mapping[str, Any],
+    path: KeyPath,
+    asked: RequestArguments,
+    problems: Problems,
 ) -> SolvedLength | None:
     table = read(SolveTable, entry, path, problems)
     if table is None:
         return None
     try:
-        request = _request(mechanism, table.solve)
-        metric = request.metrics[0]
+        request = _request(mechanism, table.solve, asked)
     except RequestError as error:
         problems.append(((*path, "solve"), str(error)))
         return None
+    if request is None:
+        return None
+    metric = request.metrics[0]
     before = len(problems)
     parameter = mechanism.parameter(name)
     numbers = {"value": 0.0, "min": parameter.lower, "max": parameter.upper}
@@ -69,16 +79,23 @@ def _solved_length(
     return SolvedLength(name, request, numbers["value"], low, high) if len(problems) == before else None
 
 
-def _request(mechanism: Mechanism, name: str) -> Request:
-    """The request for the metric of that name; a `RequestError` has the reason alone why it cannot be solved for."""
-    window = make_window(mechanism, None)
+def _request(mechanism: Mechanism, name: str, asked: RequestArguments) -> Request | None:
+    """The request for the metric of that name, as the study asks; None if that has a mistake of its own.
+
+    A `RequestError` has the reason alone why the metric cannot be solved for.
+    """
     if mechanism.loop_lengths:
-        _check_closed_form(mechanism, name, window)
-    metric = find_metric(mechanism, name, window)
+        _check_closed_form(mechanism, name, make_window(mechanism, None))
+        return make_request(mechanism, metrics=[name])
+    request, problems = resolve_request(mechanism, replace(asked, metrics=[name], constraints=None))
+    for (argument, *_), reason in problems:
+        if argument == "metrics":
+            raise RequestError(reason)
+    metric = request.metrics[0]
     refuse_label(metric, "solved for")
     if isinstance(metric, GivenMetric):
         raise RequestError(f"{name} comes with the designs, so it cannot be solved for")
-    return make_request(mechanism, metrics=[name])
+    return None if problems else replace(request, metrics=(metric,))
 
 
 def _check_closed_form(mechanism: Mechanism, name: str, window: Window) -> None:

@@ -85,7 +85,33 @@ def solve(solved: SolvedLength, columns: Arrays) -> FloatArray:
     between = _between(difference, lengths, np.isfinite(differences), designs)
     scan = _interleaved(lengths, between)
     differences = _interleaved(differences, np.array([difference(row, designs) for row in between]))
-    return _smallest_root(difference, scan, differences, designs, max(abs(solved.value), 1.0))
+    return _first_root(difference, scan, differences, designs, max(abs(solved.value), 1.0))
+
+
+def _first_root(
+    difference: _Difference, lengths: FloatArray, differences: FloatArray, designs: _Indices, scale: float
+) -> FloatArray:
+    """Smallest root of each design's difference within a scan; NaN where there is none.
+
+    Where the difference jumps from one sign to the other, or a dip of its size does not reach 0, there is no root, and
+    the next change of sign or dip is tried.
+    """
+    differences = np.where(np.abs(differences) <= _TOUCHING_TOLERANCE * scale, 0.0, differences)
+    roots, first, order = np.full(len(designs), np.nan), np.zeros(len(designs), int), np.arange(len(lengths))[:, None]
+    todo = np.arange(len(designs))
+    while len(todo):
+        rest = np.where(order >= first[todo], differences[:, todo], np.nan)
+        signs = np.sign(rest)
+        starts = signs[1:] * signs[:-1] <= 0.0
+        starts[:-1] |= _dips(np.abs(rest), signs)
+        at, has_start = starts.argmax(axis=0), starts.any(axis=0)
+        todo, at, rest = todo[has_start], at[has_start], rest[:, has_start]
+        if len(todo):
+            near = np.where(order <= at + 2, rest, np.nan)
+            roots[todo] = _smallest_root(difference, lengths[:, todo], near, designs[todo], scale)
+            first[todo] = at + 1
+            todo = todo[np.isnan(roots[todo])]
+    return roots
 
 
 def _between(
@@ -169,8 +195,8 @@ _Difference = Callable[..., FloatArray]
 
 def _difference(solved: SolvedLength, columns: Arrays) -> _Difference:
     """A function of lengths and indices of designs: metric minus prescribed value, NaN where there is no motion."""
-    request, statuses = solved.request, solved.request.mechanism.statuses
-    moving = [Status.OK, *(code for code, status in statuses.items() if status.lacks_strokes)]
+    request = solved.request
+    moving = [*request.mechanism.moving_statuses, Status.TOLERANCE_NOT_MET]
 
     def difference(lengths: FloatArray, designs: _Indices) -> FloatArray:
         inputs = {name: values[designs] for name, values in columns.items()} | {solved.name: lengths}
@@ -234,6 +260,12 @@ def _smallest_root(
     return roots
 
 
+def _dips(sizes: FloatArray, signs: FloatArray) -> npt.NDArray[np.bool_]:
+    """Whether each length but the first and the last has a smaller difference than its neighbours, of one sign."""
+    is_one_sign = (signs[1:-1] == signs[:-2]) & (signs[1:-1] == signs[2:])
+    return np.asarray(is_one_sign & (sizes[1:-1] <= sizes[:-2]) & (sizes[1:-1] < sizes[2:]))
+
+
 def _dip(
     difference: _Difference,
     lengths: FloatArray,
@@ -249,10 +281,8 @@ def _dip(
     from scipy.optimize.elementwise import find_minimum
 
     root, left, right = (np.full(len(designs), np.nan) for _ in range(3))
-    sizes, signs = np.abs(differences), np.sign(differences)
-    dips = (signs[1:-1] == signs[:-2]) & (signs[1:-1] == signs[2:])
-    dips &= (sizes[1:-1] <= sizes[:-2]) & (sizes[1:-1] < sizes[2:])
-    dips &= ~(lengths[2:] > change)
+    signs = np.sign(differences)
+    dips = _dips(np.abs(differences), signs) & ~(lengths[2:] > change)
     rows = np.flatnonzero(dips.any(axis=0))
     if len(rows) == 0:
         return root, left, right
