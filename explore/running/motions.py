@@ -4,19 +4,60 @@ import warnings
 
 import numpy as np
 
-from explore.base.errors import RequestError
+from explore.base.errors import MotionError, RequestError
 from explore.base.lanes.designs import fill_motion_of_design
 from explore.comparison.methods.closed_form import ClosedForm
 from explore.comparison.methods.contract import Capability, Level, Method, Outcome, Task, method_label
 from explore.comparison.methods.registry import check_method, find_loop, find_method
 from explore.comparison.methods.vector_loop import VectorLoop
 from explore.comparison.verdicts import Verdict, judge
+from explore.evaluation.evaluate import LARGEST_PARAMETER, SMALLEST_PARAMETER, evaluate_columns
 from explore.evaluation.windows import find_laws, window_ends
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Signal
 from explore.model.status import Status
 from explore.model.window import Window
+from explore.studies.request.names import make_window
+from explore.studies.request.parameters import read_value
+from explore.studies.request.requests import make_request
+
+#: Least span of a motion over given angles, deg: one angle has none.
+_LEAST_SPAN = 1e-9
+
+
+def motion_interval(mechanism: Mechanism, columns: Arrays, input_angle: FloatArray | None) -> Window | None:
+    """None for a design that makes a full turn, else the interval of the given angles; `MotionError` without motion."""
+    request = make_request(mechanism, metrics=[mechanism.any_metric], window=mechanism.full_turn.name)
+    status = int(evaluate_columns(request, columns).columns["status"][0])
+    if status == Status.NOT_FINITE:
+        _refuse_unusable(mechanism, columns)
+    # Whether the motion exists is asked, not whether the statistic of a mechanism without closed forms is exact enough.
+    if status in (Status.OK, Status.TOLERANCE_NOT_MET):
+        return None
+    lacks_turn = status in mechanism.statuses and mechanism.statuses[status].lacks_turn
+    sentence = mechanism.status_sentences[mechanism.status_labels[status]]
+    least, greatest = (0.0, 360.0) if input_angle is None else (float(input_angle.min()), float(input_angle.max()))
+    if greatest - least >= 360.0 or not (lacks_turn and mechanism.takes_interval):
+        raise MotionError(f"no full turn to simulate: {sentence}")
+    interval = make_window(mechanism, {"from": least, "to": max(greatest, least + _LEAST_SPAN)})
+    if _moves_over(mechanism, columns, interval):
+        return interval
+    place = f"from {least:g} to {greatest:g} deg" if greatest > least else f"at {least:g} deg"
+    raise MotionError(f"no motion {place}: {sentence}")
+
+
+def _refuse_unusable(mechanism: Mechanism, columns: Arrays) -> None:
+    """Raise `RequestError` that names the first parameter of a design whose value is out of its range, if one is."""
+    for name, column in columns.items():
+        parameter, value = mechanism.parameter(name), float(column[0])
+        try:
+            read_value(parameter, value)
+        except RequestError as error:
+            raise RequestError(f"{name}: {error}") from None
+        if value != 0.0 and not SMALLEST_PARAMETER < abs(value) <= LARGEST_PARAMETER:
+            limits = f"{SMALLEST_PARAMETER:g} to {LARGEST_PARAMETER:g}"
+            raise RequestError(f"{name}: {value:g} is outside {limits}, the magnitudes that are computed with")
 
 
 def motion_signals(
@@ -142,7 +183,7 @@ def mark_angles(mechanism: Mechanism, columns: Arrays) -> dict[str, float]:
     return {name: angle for name, angle in angles.items() if np.isfinite(angle)}
 
 
-def moves_over(mechanism: Mechanism, columns: Arrays, interval: Window) -> bool:
+def _moves_over(mechanism: Mechanism, columns: Arrays, interval: Window) -> bool:
     """Whether one design of a mechanism that takes an interval has a motion over it."""
     status = int(mechanism.evaluate_closed_form(_geometry(mechanism, columns), interval).status[0])
     return status in mechanism.moving_statuses

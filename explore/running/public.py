@@ -10,31 +10,24 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 import numpy.typing as npt
 
-from explore.base.errors import FailedBlocksWarning, MotionError, NothingFeasibleWarning, RequestError
+from explore.base.errors import FailedBlocksWarning, NothingFeasibleWarning, RequestError
 from explore.evaluation.derived import unavailable_metrics
 from explore.evaluation.evaluate import (
-    LARGEST_PARAMETER,
-    SMALLEST_PARAMETER,
     evaluate_columns,
     output_columns,
 )
 from explore.mechanisms.registry import MECHANISMS
-from explore.model.columns import Arrays
-from explore.model.mechanism import Mechanism
 from explore.model.points import COORDINATES
 from explore.model.progress import ReportProgress
-from explore.model.quantities import FloatArray
-from explore.model.status import Status
-from explore.model.window import Window
 from explore.results.ranking.rankings import RankRequest, rank_source
 from explore.results.ranking.reasons import warning_of_nothing
 from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
-from explore.running.motions import motion_signals, moves_over
+from explore.running.motions import motion_interval, motion_signals
 from explore.running.runs import Keep, run_study
 from explore.running.workers import find_workers, report_counts
-from explore.studies.request.names import find_mechanism, make_window
-from explore.studies.request.parameters import parameter_columns, read_value
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.parameters import parameter_columns
 from explore.studies.request.requests import make_objective, make_request
 from explore.studies.request.targets import TargetOrSection
 
@@ -44,9 +37,6 @@ if TYPE_CHECKING:
 
     from explore.studies.config.linkage import Linkage
     from explore.studies.config.study import Study
-
-#: Least span of a motion over given angles, deg: one angle has none.
-_LEAST_SPAN = 1e-9
 
 
 def list_mechanisms() -> dict[str, str]:
@@ -270,46 +260,12 @@ def simulate(
     )
     if input_angle.ndim != 1 or len(input_angle) == 0 or not np.isfinite(input_angle).all():
         raise RequestError("angles must be a positive number of angles or a list of finite angles in degrees")
-    interval = _motion_of(declared, columns, None if count is not None else input_angle)
+    interval = motion_interval(declared, columns, None if count is not None else input_angle)
     signals, label = motion_signals(declared, columns, input_angle, method, tolerance, interval)
     frame = pd.DataFrame(signals, index=pd.Index(input_angle, name=declared.input_angle.replace(" ", "_")))
     frame.attrs["units"] = {signal.name: signal.unit for signal in declared.signals if signal.name in frame}
     frame.attrs["method"] = label
     return frame
-
-
-def _motion_of(mechanism: Mechanism, columns: Arrays, input_angle: FloatArray | None) -> Window | None:
-    """None for a design that makes a full turn, else the interval of the given angles; `MotionError` without motion."""
-    request = make_request(mechanism, metrics=[mechanism.any_metric], window=mechanism.full_turn.name)
-    status = int(evaluate_columns(request, columns).columns["status"][0])
-    if status == Status.NOT_FINITE:
-        _refuse_unusable(mechanism, columns)
-    # Whether the motion exists is asked, not whether the statistic of a mechanism without closed forms is exact enough.
-    if status in (Status.OK, Status.TOLERANCE_NOT_MET):
-        return None
-    lacks_turn = status in mechanism.statuses and mechanism.statuses[status].lacks_turn
-    sentence = mechanism.status_sentences[mechanism.status_labels[status]]
-    least, greatest = (0.0, 360.0) if input_angle is None else (float(input_angle.min()), float(input_angle.max()))
-    if greatest - least >= 360.0 or not (lacks_turn and mechanism.takes_interval):
-        raise MotionError(f"no full turn to simulate: {sentence}")
-    interval = make_window(mechanism, {"from": least, "to": max(greatest, least + _LEAST_SPAN)})
-    if moves_over(mechanism, columns, interval):
-        return interval
-    place = f"from {least:g} to {greatest:g} deg" if greatest > least else f"at {least:g} deg"
-    raise MotionError(f"no motion {place}: {sentence}")
-
-
-def _refuse_unusable(mechanism: Mechanism, columns: Arrays) -> None:
-    """Raise `RequestError` that names the first parameter of a design whose value is out of its range, if one is."""
-    for name, column in columns.items():
-        parameter, value = mechanism.parameter(name), float(column[0])
-        try:
-            read_value(parameter, value)
-        except RequestError as error:
-            raise RequestError(f"{name}: {error}") from None
-        if value != 0.0 and not SMALLEST_PARAMETER < abs(value) <= LARGEST_PARAMETER:
-            limits = f"{SMALLEST_PARAMETER:g} to {LARGEST_PARAMETER:g}"
-            raise RequestError(f"{name}: {value:g} is outside {limits}, the magnitudes that are computed with")
 
 
 def _coordinates(places: Mapping[str, tuple[float | str, ...]]) -> dict[str, float | str]:
