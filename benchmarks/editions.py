@@ -8,6 +8,8 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
 
 from timing import edition_times, serve
 
@@ -29,8 +31,11 @@ def make_measurement() -> Callable[[str], list[float]]:
     import numpy as np
 
     from explore.evaluation.evaluate import evaluate_columns
-    from explore.studies.request.names import find_mechanism
-    from explore.studies.request.requests import make_request
+
+    # Where editions before the one with rooms have these modules.
+    package = "explore.studies.request" if find_spec("explore.studies") else "explore.request"
+    find_mechanism = import_module(f"{package}.names").find_mechanism
+    make_request = import_module(f"{package}.requests").make_request
 
     mechanism, rng = find_mechanism("crank-rocker"), np.random.default_rng(0)
     designs = {name: rng.uniform(*bounds, DESIGNS) for name, bounds in RANGES.items()}
