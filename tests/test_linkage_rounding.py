@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from linkage_cases import CASES, columns, evaluate_graph, linkage_of, near_limits, scattered, trace, turns, values_of
+from numba import njit
 
 import explore
 from explore.base.lanes.disturbance import DISTURBANCE, FACTORS, PERIOD, first_factor
@@ -20,6 +21,11 @@ def test_factors_have_random_signs_and_differ_from_node_to_node():
     assert {first_factor(node) for node in range(PERIOD)} == set(range(PERIOD))
 
 
+@njit
+def _call(fill, constants, tangents, anchor, law, variant, count, needs, out):
+    fill(constants, tangents, anchor, law, variant, count, needs, out)
+
+
 def test_disturbed_samples_tell_the_derivatives_by_all_operations():
     """The mean square of changes of a crank pin's place, r cos and r sin, is that of two operations."""
     kernel = linkage_of(CASES["watt-2"]).mechanism.for_signals(["A_x", "A_y"])
@@ -27,8 +33,8 @@ def test_disturbed_samples_tell_the_derivatives_by_all_operations():
     count, tangents = 64, np.repeat(np.linspace(-0.9, 0.9, 64), 16)
     constants = np.repeat(kernel.constants(columns(kernel, design))[:, 0], 16)
     samples, disturbed = (np.empty(count * kernel.signal_rows * 16) for _ in range(2))
-    kernel.fill(constants, tangents, 0, 0, 0, count, 1, samples)
-    kernel.disturbed_fill(constants, tangents, 0, 0, 0, count, 1, disturbed)
+    for fill, out in ((kernel.fill, samples), (kernel.disturbed_fill, disturbed)):
+        _call(fill, constants, tangents, 0, 0, 0, count, 1, out)
     shape = (count, kernel.signal_rows, 16)
     changes = ((disturbed - samples) / DISTURBANCE).reshape(shape)[:, :2, 0]
     expected = 2.0 * (samples.reshape(shape)[:, :2, 0] ** 2).mean(axis=0)
@@ -69,4 +75,5 @@ def test_the_smallest_transmission_angle_is_within_its_bound_beside_the_limit(ma
         at = mpmath.findroot(lambda t: evaluate_graph([factor.terms[1]], values, t)[0], (start, start + 1e-3))
         exact = 180 - mpmath.degrees(mpmath.atan2(*evaluate_graph([sine, cosine], values, at)))
         error = abs(mpmath.mpf(row["transmission_angle_min"]) - exact) / exact
-    assert error <= row["error"] <= 1e-12 + 1e3 * error
+    # or what the root of the margin costs: the error may be small by chance
+    assert error <= row["error"] <= max(1e3 * error, 1e-12 / math.sqrt(margin))

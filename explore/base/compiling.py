@@ -82,6 +82,19 @@ def _compile_and_call(dispatcher: Any, signature: Any, *_arguments: object) -> A
     return dispatcher
 
 
+def address_of(dispatcher: Any, signature: Any) -> int:
+    """The address of a compiled function, for callers with the calling convention of C."""
+    with global_compiler_lock, quick_compilation():
+        result = dispatcher.get_compile_result(signature)
+        address: int = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
+    return address
+
+
+def is_compiled(function: object) -> bool:
+    """Whether compiled functions can take a function as an argument."""
+    return hasattr(function, "py_func") or isinstance(function, types.WrapperAddressProtocol)
+
+
 def options(*, fast: bool, contract: bool, inlined: bool, allocates: bool) -> dict[str, Any]:
     """Numba's options; see `compiled`."""
     return {

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from explore.base.compiling import is_compiled
 from explore.model.checks import check_declaration
 from explore.model.declaration import Declaration
 from explore.model.points import (
@@ -86,7 +87,7 @@ class Mechanism(Declaration):
 
     def __post_init__(self) -> None:
         for name in ("close", "fill"):
-            if not hasattr(getattr(self, name), "py_func"):
+            if not is_compiled(getattr(self, name)):
                 raise ValueError(
                     f"mechanism '{self.name}': {name} is not compiled; decorate it with explore.base.compiling.compiled"
                 )

@@ -15,7 +15,7 @@ DISTURBANCE = 2.0**-40
 #: Number of operations after which the factors of one node repeat.
 PERIOD = 128
 #: Distance of the first factor of a node from that of the node before; odd, so that PERIOD nodes have different ones.
-_STEP = 37
+STEP = 37
 #: Factors of the operations of all nodes; see `first_factor`.
 FACTORS = 1.0 + DISTURBANCE * np.random.default_rng(1).choice([-1.0, 1.0], 2 * PERIOD)
 
@@ -23,4 +23,4 @@ FACTORS = 1.0 + DISTURBANCE * np.random.default_rng(1).choice([-1.0, 1.0], 2 * P
 @subroutine(inlined=True)
 def first_factor(node):
     """Position in FACTORS of the first of the PERIOD factors of a node."""
-    return _STEP * node % PERIOD
+    return STEP * node % PERIOD

@@ -83,11 +83,15 @@ class _Program:
     def name_of(self, dispatcher: Any) -> str:
         """The name of a compiled function in the translation."""
         if dispatcher not in self._names:
-            function = dispatcher.py_func
-            words = f"${function.__module__.split('.')[-1]}_{function.__name__}"
+            function = getattr(dispatcher, "py_func", None)
+            words = f"${function.__module__.split('.')[-1]}_{function.__name__}" if function else f"${dispatcher.name}"
             names = (f"{words}{number or ''}" for number in itertools.count())
             self._names[dispatcher] = next(name for name in names if name not in self._names.values())
         return self._names[dispatcher]
+
+    def word_of(self, function: Any) -> str:
+        """The word of JavaScript for a function, or its name in the translation."""
+        return _NATIVE.get(function) or _BUILTIN.get(function) or self.name_of(function)
 
     def sources(self) -> Iterable[str]:
         """The translations, also of the functions that are called."""
@@ -95,7 +99,11 @@ class _Program:
         while remaining := [dispatcher for dispatcher in self._names if dispatcher not in done]:
             for dispatcher in remaining:
                 done.add(dispatcher)
-                yield _Function(dispatcher.py_func, self).translate(self._names[dispatcher])
+                name = self._names[dispatcher]
+                if hasattr(dispatcher, "py_func"):
+                    yield _Function(dispatcher.py_func, self).translate(name)
+                else:
+                    yield dispatcher.javascript(name, self.word_of)
 
 
 class _Function:
@@ -163,6 +171,8 @@ class _Function:
         match node:
             case ast.Name(id=name) if name in self._local:
                 return _identifier(name)
+            case ast.Attribute(value=ast.Name(id=name), attr=member) if name in self._local:
+                return f"{_identifier(name)}.{member}"
             case ast.Name() | ast.Attribute() | ast.Constant():
                 return self._literal(node, self._constant(node))
             case ast.BinOp(left=left, op=op, right=right):
@@ -198,15 +208,16 @@ class _Function:
         return f"({left} {_OPERATORS[type(op)]} {right})"
 
     def _call(self, node: ast.Call, function: ast.expr, arguments: list[str]) -> str:
+        if isinstance(function, ast.Name) and function.id in self._local:
+            return f"{_identifier(function.id)}({', '.join(arguments)})"
         called = self._constant(function)
         if called is len:
             return f"{arguments[0]}.length"
         if called in _ALLOCATIONS:
             return f"new Float64Array({arguments[0]})"
-        known = _NATIVE.get(called) or _BUILTIN.get(called)
-        if known is None and not hasattr(called, "py_func"):
+        if called not in _NATIVE and called not in _BUILTIN and not hasattr(called, "py_func"):
             raise self._refusal(node)
-        return f"{known or self._program.name_of(called)}({', '.join(arguments)})"
+        return f"{self._program.word_of(called)}({', '.join(arguments)})"
 
     def _constant(self, node: ast.expr) -> Any:
         """The object that a name outside the function stands for."""

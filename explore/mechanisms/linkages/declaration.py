@@ -10,11 +10,10 @@ from functools import lru_cache, partial
 from explore.mechanisms.linkages.drawing import draw_linkage, linkage_panels
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
-from explore.mechanisms.linkages.lane_text import DISTANCE_ROW, GREATEST_ROW, LEAST_ROW
+from explore.mechanisms.linkages.kernel import Kernel, make_kernel
 from explore.mechanisms.linkages.metrics import CLOSED_METRICS, REACH_NAMES, declare_formulas
-from explore.mechanisms.linkages.modules import load_module
+from explore.mechanisms.linkages.programs import DISTANCE_ROW, GREATEST_ROW, LEAST_ROW
 from explore.mechanisms.linkages.signals import Quantity, find_quantities
-from explore.mechanisms.linkages.source import Source, write_source
 from explore.mechanisms.linkages.statuses import declare_statuses
 from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import LinkageTable
@@ -26,7 +25,7 @@ from explore.model.quantities import Parameter, Signal
 from explore.model.window import Window
 
 #: Version of the equations and of what follows from them; raised when a number changes.
-_VERSION = "3"
+_VERSION = "4"
 
 _STROKES = ("forward", "backward")
 _WINDOWS = (
@@ -128,8 +127,7 @@ def _declare(
     mover, axis = (table.output, "") if table.output else _last_mover(table)
     output, change = f"{mover}_velocity{axis}", f"{mover}_acceleration{axis}"
     rate = _rate_of(equations, output, change) if needs_stroke else ()
-    source = write_source(equations, outputs, links, joints, rate, tells_reach=tells_reach)
-    module = load_module(source.text)
+    kernel = make_kernel(equations, outputs, links, joints, rate, tells_reach=tells_reach)
     formulas = declare_formulas(table, signals, mover, axis)
     defaults = [f"{output}_rms", f"{output}_peak", f"{change}_peak"]
     if any(formula.name == "transmission_angle_min" for formula in formulas):
@@ -152,14 +150,14 @@ def _declare(
         objectives=tuple(defaults[:1] + defaults[-1:]),
         kernel_version=f"{_VERSION}-{table.digest[:16]}",
         quadrature=Located(DISTANCE_ROW),
-        n_constants=source.n_constants,
+        n_constants=kernel.n_constants,
         keeps_constants=True,
         takes_interval=True,
-        rows=_record_rows(source, [each.name for each in table.parameters]),
+        rows=_record_rows(kernel, [each.name for each in table.parameters]),
         signal_rows=len(outputs),
-        close=module.close,
-        fill=module.fill,
-        disturbed_fill=module.disturbed_fill,
+        close=kernel.close,
+        fill=kernel.fill,
+        disturbed_fill=kernel.disturbed_fill,
         statuses=declare_statuses(joints, {factor.joint for factor in equations.factors if factor.of_lines}),
         drawing=draw_linkage(table),
         panels=linkage_panels(table, signals),
@@ -193,11 +191,11 @@ def _slides(table: LinkageTable) -> set[str]:
     return {slide.link for slide in table.slides}
 
 
-def _record_rows(source: Source, parameters: Sequence[str]) -> type[IntEnum]:
-    first = source.n_constants + 1
+def _record_rows(kernel: Kernel, parameters: Sequence[str]) -> type[IntEnum]:
+    first = kernel.n_constants + 1
     names = [*map(own_row, parameters), *INTERVAL_ROWS, *(metric.name.upper() for metric in CLOSED_METRICS)]
     rows = {name: row for row, name in enumerate(names, first)}
-    return IntEnum("LinkageRow", {"STATUS": source.n_constants, **rows})  # type: ignore[return-value]  # a type
+    return IntEnum("LinkageRow", {"STATUS": kernel.n_constants, **rows})  # type: ignore[return-value]  # a type
 
 
 def _rate_of(equations: Equations, rate: str, change: str) -> tuple[Number, ...]:

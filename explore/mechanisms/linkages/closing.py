@@ -1,0 +1,232 @@
+"""What is known of designs of a linkage without sampling: constants, statuses, intervals, strokes.
+
+Written once for all linkages: what a table differs by are sizes, and functions of its own.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+
+from explore.base.compiling import LANES, compiled, function_type
+from explore.base.subroutines import subroutine
+from explore.mechanisms.linkages import cells as cell
+from explore.mechanisms.linkages import directions as direction
+from explore.mechanisms.linkages import reaches as reach
+from explore.mechanisms.linkages import reversals as reversal
+from explore.mechanisms.linkages import statuses
+from explore.mechanisms.linkages import turning as turn
+from explore.mechanisms.linkages.programs import DISTANCE_ROW, FIRST_REFERENCE, GREATEST_ROW, LEAST_ROW
+
+#: Signature of the function that fills the constants from a record.
+DESIGN_SIGNATURE = "void(float64[::1], float64[::1])"
+#: Signature of functions that fill rows at one node of each lane, from constants, half-tangents and anchors.
+NODE_SIGNATURE = "void(float64[::1], float64[::1], float64[::1], float64[::1])"
+
+
+class Sizes(NamedTuple):
+    """What tables differ by.
+
+    Attributes
+    ----------
+    factors, functions
+        Number of factors, and of factors and squares of distances; see `turning`.
+    links
+        Number of links whose references are filled.
+    constants
+        Rows of the constants, more than a record keeps.
+    status
+        Row of the status in a record, behind the constants that it keeps.
+    interval
+        Row of the interval, behind the parameters and before the metrics.
+    has_strokes, tells_reach
+        Whether reversals of the output are looked for, and intervals at which designs assemble that do not turn.
+    """
+
+    factors: int
+    functions: int
+    links: int
+    constants: int
+    status: int
+    interval: int
+    has_strokes: int
+    tells_reach: int
+
+
+_F1 = types.float64[::1]
+_SIZES = types.NamedUniTuple(types.int64, len(Sizes._fields), Sizes)
+_DESIGN, _NODE = function_type(DESIGN_SIGNATURE), function_type(NODE_SIGNATURE)
+#: Type of `close_designs`.
+CLOSING_SIGNATURE = types.void(_F1, _SIZES, _F1, _DESIGN, _NODE, _NODE, _NODE)
+
+
+@compiled(CLOSING_SIGNATURE, allocates=True)
+def close_designs(record, sizes, blocked, fill_constants, check, direct, rate):
+    """Fill a record.
+
+    `blocked` are the statuses of designs that are blocked at each factor. `fill_constants` fills the constants from the
+    record; `check`, `direct` and `rate` fill rows of a node for `turning`, `directions` and `reversals`.
+    """
+    constants, tile = np.empty(sizes.constants * LANES), np.empty(sizes.constants * LANES)
+    rows = 2 * sizes.functions + sizes.factors
+    values, verdicts = np.empty(2 * cell.NODES * rows * LANES), np.empty(LANES)
+    tangents, anchors = np.empty(LANES), np.empty(LANES)
+    fill_constants(record, constants)
+    is_turn = record[(sizes.interval + 1) * LANES] == 0.0
+    start = -0.5 * math.pi if is_turn else record[sizes.interval * LANES]
+    length = 2.0 * math.pi if is_turn else record[(sizes.interval + 1) * LANES]
+    for j in range(2 * cell.NODES):
+        cell.place_node(start, length, is_turn, j, tangents, anchors)
+        check(constants, tangents, anchors, values[j * rows * LANES :])
+    work = np.empty(sizes.functions * LANES)
+    turn.sift(values, sizes.factors, sizes.functions, length, verdicts, work)
+    turn.locate(values, sizes.factors, sizes.functions, constants[DISTANCE_ROW * LANES :], work)
+    reaches = record[(sizes.interval + 3) * LANES :]
+    reach.tell_turns(verdicts, reaches)
+    for lane in range(LANES):
+        record[sizes.status * LANES + lane] = 1.0
+        if verdicts[lane] != turn.TURNS:
+            cell.copy_lane(constants, lane, sizes.constants, tile)
+            _decide(record, sizes, blocked, check, tile, values, start, length, lane, verdicts)
+            if _tells_reach(record, sizes, values, is_turn, lane, verdicts):
+                _find_reaches(record, sizes, check, tile, values, start, length, lane)
+    for lane in range(LANES):
+        constants[LEAST_ROW * LANES + lane] = constants[GREATEST_ROW * LANES + lane] = math.nan
+        record[(sizes.interval + 2) * LANES + lane] = math.nan
+    if sizes.links > 0:
+        _place_references(sizes, direct, constants, start, length, is_turn)
+    if sizes.has_strokes > 0:
+        _find_strokes(record, sizes, rate, constants, tile)
+    for k in range(sizes.status * LANES):
+        record[k] = constants[k]
+
+
+@subroutine(allocates=True)
+def _decide(record, sizes, blocked, check, tile, values, start, length, lane, verdicts):
+    """Decide whether a lane turns that is not sifted out, and fill its status; all lanes of the tile are its design."""
+    factors, functions, status = sizes.factors, sizes.functions, sizes.status * LANES + lane
+    rows, size = 2 * functions + factors, 2 + 4 * factors
+    if verdicts[lane] == turn.DOUBTFUL:
+        tangents, anchors, middles = np.empty(LANES), np.empty(LANES), np.empty(rows * LANES)
+        cells, children = np.empty(cell.MOST_CELLS * size), np.empty(2 * LANES * size)
+        waiting, verdict = cell.collect_cells(values, rows, factors, functions, start, length, lane, cells), 0.0
+        while waiting > 0 and waiting < cell.MOST_CELLS - LANES:
+            taken = cell.place_middles(cells, factors, waiting, tangents, anchors)
+            check(tile, tangents, anchors, middles)
+            waiting, verdict = turn.halve_doubtful(cells, factors, functions, waiting, taken, middles, children)
+        verdicts[lane] = verdict if verdict != turn.DOUBTFUL else turn.TURNS
+        record[status] = 1.0 if waiting == 0 else statuses.TURN_NOT_DECIDED
+        reach.tell_turn(waiting == 0 and verdict == turn.DOUBTFUL, lane, record[(sizes.interval + 3) * LANES :])
+    for s in range(factors):
+        if verdicts[lane] == -1.0 - s or verdicts[lane] == turn.FIRST_TIE + s:
+            record[status] = blocked[s] + (1.0 if verdicts[lane] > 0.0 else 0.0)
+
+
+@subroutine()
+def _tells_reach(record, sizes, values, is_turn, lane, verdicts):
+    """Whether to look for the intervals at which a lane assembles that does not turn, or for the first one."""
+    rows = 2 * sizes.functions + sizes.factors
+    is_undecided = record[sizes.status * LANES + lane] == statuses.TURN_NOT_DECIDED
+    is_stuck = verdicts[lane] < 0.0 or is_undecided
+    assembles = reach.assembling_node(values, rows, sizes.factors, lane) >= 0
+    return is_turn and is_stuck and (sizes.tells_reach > 0 or not assembles)
+
+
+@subroutine(allocates=True)
+def _find_reaches(record, sizes, check, tile, values, start, length, lane):
+    """Fill the intervals at which a lane assembles, and its status if there are none."""
+    factors, functions = sizes.factors, sizes.functions
+    rows, size = 2 * functions + factors, 2 + 4 * factors
+    tangents, anchors, middles = np.empty(LANES), np.empty(LANES), np.empty(rows * LANES)
+    cells, children = np.empty(cell.MOST_CELLS * size), np.empty(2 * LANES * size)
+    borders, found, rounds = np.empty(3 * reach.MOST_BORDERS), 0, 0
+    waiting = cell.collect_cells(values, rows, factors, functions, start, length, lane, cells)
+    while waiting > 0 and waiting < cell.MOST_CELLS - LANES and rounds < reach.MOST_ROUNDS:
+        rounds += 1
+        taken = cell.place_middles(cells, factors, waiting, tangents, anchors)
+        check(tile, tangents, anchors, middles)
+        waiting, found = reach.halve_borders(
+            cells, factors, functions, waiting, taken, middles, children, borders, found
+        )  # fmt: skip
+    for k in range(found):
+        while borders[3 * k + 1] > reach.NARROWEST:
+            reach.place_in_border(borders, k, tangents, anchors)
+            check(tile, tangents, anchors, middles)
+            reach.narrow_border(borders, k, middles, factors)
+    if waiting == 0:
+        reaches = record[(sizes.interval + 3) * LANES :]
+        assembles = reach.assembling_node(values, rows, factors, lane) >= 0
+        reach.tell_reaches(borders, found, assembles, lane, reaches)
+        if reaches[lane] == 0.0:
+            record[sizes.status * LANES + lane] = statuses.CANNOT_ASSEMBLE
+
+
+@subroutine(allocates=True)
+def _place_references(sizes, direct, constants, start, length, is_turn):
+    """Fill the references of the links."""
+    links, first = sizes.links, 0.0 if is_turn else start
+    directed, before = np.empty(2 * links * LANES), np.empty(2 * links * LANES)
+    ranges, tangents, anchors = np.empty(5 * links * LANES), np.empty(LANES), np.empty(LANES)
+    for j in range(direction.DIRECTION_NODES + 1):
+        cell.place_lanes(first + length * (j / direction.DIRECTION_NODES), tangents, anchors)
+        direct(constants, tangents, anchors, directed)
+        direction.follow_directions(j, links, directed, before, ranges)
+    direction.place_references(links, is_turn, ranges, constants[FIRST_REFERENCE * LANES :])
+
+
+@subroutine(allocates=True)
+def _find_strokes(record, sizes, rate, constants, tile):
+    """Fill the places of the output's reversals, the time ratio, and the statuses of lanes without strokes."""
+    rates = np.empty((reversal.CELLS + 1) * reversal.RATE_ROWS * LANES)
+    tangents, anchors, counts, doubts = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
+    places = np.empty(4 * LANES)
+    for j in range(reversal.CELLS + 1):
+        cell.place_lanes(reversal.reversal_node(j), tangents, anchors)
+        rate(constants, tangents, anchors, rates[j * reversal.RATE_ROWS * LANES :])
+    reversal.find_reversals(rates, counts, doubts, places)
+    for lane in range(LANES):
+        if doubts[lane] == 1.0 and counts[lane] <= 2.0 and record[sizes.status * LANES + lane] == 1.0:
+            cell.copy_lane(constants, lane, sizes.constants, tile)
+            _count_reversals(rate, tile, rates, lane, counts, places)
+    _place_reversals(rate, constants, counts, places)
+    for lane in range(LANES):
+        turns = record[sizes.status * LANES + lane] == 1.0
+        least, greatest = constants[LEAST_ROW * LANES + lane], constants[GREATEST_ROW * LANES + lane]
+        if turns and counts[lane] == 2.0:
+            record[(sizes.interval + 2) * LANES + lane] = reversal.time_ratio(least, greatest)
+        else:
+            constants[LEAST_ROW * LANES + lane] = constants[GREATEST_ROW * LANES + lane] = math.nan
+            if turns:
+                is_undecided = counts[lane] == reversal.UNDECIDED
+                record[sizes.status * LANES + lane] = (
+                    statuses.STROKES_NOT_DECIDED if is_undecided else statuses.NO_STROKES
+                )
+
+
+@subroutine(allocates=True)
+def _count_reversals(rate, tile, rates, lane, counts, places):
+    """Count the reversals of a lane that is in doubt; all lanes of the tile are its design."""
+    cells, halves = np.empty(cell.MOST_CELLS * reversal.CELL_SIZE), np.empty(2 * LANES * reversal.CELL_SIZE)
+    tangents, anchors, marks = np.empty(LANES), np.empty(LANES), np.empty(reversal.RATE_ROWS * LANES)
+    waiting, count = reversal.collect_rates(rates, lane, cells), 0.0
+    while waiting > 0 and waiting < cell.MOST_CELLS - LANES:
+        taken = cell.place_middles(cells, 1, waiting, tangents, anchors)
+        rate(tile, tangents, anchors, marks)
+        waiting, count = reversal.halve_rates(cells, waiting, taken, marks, halves, count, lane, places)
+    counts[lane] = count if waiting == 0 else reversal.UNDECIDED
+
+
+@subroutine(allocates=True)
+def _place_reversals(rate, constants, counts, places):
+    """Fill the half-tangents of the reversals of lanes with two."""
+    tangents, anchors, low, high = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
+    marks = np.empty(reversal.RATE_ROWS * LANES)
+    for number in range(2):
+        reversal.begin_search(places, counts, 2 * number, tangents, anchors, low, high)
+        change, rounds = 1.0, 0
+        while change > reversal.SAME and rounds < 60:
+            rate(constants, tangents, anchors, marks)
+            change, rounds = reversal.improve(marks, 1.0 - 2.0 * number, tangents, low, high), rounds + 1
+        for lane in range(LANES):
+            constants[(LEAST_ROW + number) * LANES + lane] = reversal.from_anchor(tangents[lane], anchors[lane])

@@ -1,0 +1,151 @@
+"""The functions `close` and `fill` of a linkage, for the signals that are asked for.
+
+Names of the table never enter the texts of functions: parameters, links and signals are rows.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, address_of
+from explore.mechanisms.linkages import page_code, statuses, vector_code
+from explore.mechanisms.linkages.closing import CLOSING_SIGNATURE, Sizes, close_designs
+from explore.mechanisms.linkages.equations import Equations
+from explore.mechanisms.linkages.graph import Number
+from explore.mechanisms.linkages.native_code import NativeFunction
+from explore.mechanisms.linkages.operations import OPERATE_SIGNATURE, operate
+from explore.mechanisms.linkages.programs import Program, Rows
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """The functions of a linkage.
+
+    Attributes
+    ----------
+    close, fill, disturbed_fill
+        As `explore.model.mechanism.Mechanism` says.
+    n_constants
+        Constants of a design that `fill` reads; `close` computes more than it keeps.
+    """
+
+    close: NativeFunction
+    fill: NativeFunction
+    disturbed_fill: NativeFunction
+    n_constants: int
+
+
+def make_kernel(
+    equations: Equations,
+    outputs: Sequence[Number],
+    links: Sequence[str],
+    joints: Sequence[str],
+    rate: Sequence[Number],
+    *,
+    tells_reach: bool,
+) -> Kernel:
+    """Make the functions that fill these rows of signals; they are translated when they are needed.
+
+    Parameters
+    ----------
+    outputs
+        Rows of the signals.
+    links
+        Links whose angles are among them, in the order of their references.
+    joints
+        Joints in the order of their statuses.
+    rate
+        The rate of the output, its slope and its size, if its reversals are asked for; else none.
+    tells_reach
+        Whether the intervals at which a design assembles that does not turn are asked for.
+    """
+    rows = Rows(equations.graph, links)
+    rows.add(outputs)
+    rows.add_parameters(outputs)
+    status = rows.count
+    of_nodes = {"check": _check_rows(equations), "direct": _direction_rows(equations, links), "rate": rate}
+    for others in of_nodes.values():
+        rows.add(others)
+    parameters = {p.name: row for row, p in enumerate(equations.table.parameters, status + 1)}
+    factors = len(equations.factors)
+    sizes = Sizes(
+        factors, factors + len(equations.squares), len(links), rows.count, status, status + 1 + len(parameters),
+        int(bool(rate)), int(tells_reach),
+    )  # fmt: skip
+    closing = _Closing(
+        sizes,
+        [float(statuses.blocked_at(joints.index(each.joint))) for each in equations.factors],
+        rows.of_design("design", parameters),
+        {name: rows.of_angle(name, numbers) for name, numbers in of_nodes.items() if numbers},
+    )
+    fill, disturbed = rows.of_angle("fill", outputs), rows.from_parameters("disturbed_fill", outputs)
+    close = NativeFunction("close", CLOSE_SIGNATURE, closing.text, _addresses, closing.javascript)
+    return Kernel(close, _fill_function(fill), _fill_function(disturbed, is_disturbed=True), status)
+
+
+def _check_rows(equations: Equations) -> list[Number]:
+    """The rows that `turning` takes."""
+    zero = equations.graph.constant(0.0)
+    factors = equations.factors
+    functions = [*(factor.value for factor in factors), *equations.squares]
+    return [
+        *(function.terms[0] for function in functions),
+        *(function.terms[1] for function in functions),
+        *(factor.size or zero for factor in factors),
+    ]
+
+
+def _direction_rows(equations: Equations, links: Sequence[str]) -> list[Number]:
+    """The rows that `directions` takes."""
+    return [term.terms[0] for link in links for term in equations.directions[link]]
+
+
+@dataclass(frozen=True)
+class _Closing:
+    """What `close` passes to `close_designs`: sizes, statuses of factors, and programs of a design and of nodes."""
+
+    sizes: Sizes
+    blocked: Sequence[float]
+    design: Program
+    of_nodes: Mapping[str, Program]
+
+    def text(self) -> str:
+        """The function, and those that it passes, in LLVM's language."""
+        return "".join([
+            vector_code.HEAD, vector_code.design_function(self.design),
+            *map(vector_code.node_function, self.of_nodes.values()),
+            vector_code.close_function(self.sizes, self.blocked, ["design", *_present(self.of_nodes)]),
+        ])  # fmt: skip
+
+    def javascript(self, name: str, word_of: Callable[[Any], str]) -> str:
+        """The same in JavaScript."""
+        of_nodes = [self.of_nodes.get(name) for name in _present(self.of_nodes)]
+        functions = [
+            page_code.design_function(self.design, word_of),
+            *(page_code.node_function(program, word_of) if program else "null" for program in of_nodes),
+        ]
+        return page_code.close_function(name, word_of(close_designs), self.sizes, self.blocked, functions)
+
+
+def _present(of_nodes: Mapping[str, Program]) -> list[str]:
+    """Names of the functions of nodes in the order in which they are passed; empty for one that is not there."""
+    return [name if name in of_nodes else "" for name in ("check", "direct", "rate")]
+
+
+def _fill_function(program: Program, *, is_disturbed: bool = False) -> NativeFunction:
+    return NativeFunction(
+        program.name,
+        FILL_SIGNATURE,
+        lambda: vector_code.HEAD + vector_code.fill_function(program, is_disturbed=is_disturbed),
+        _addresses,
+        lambda name, word_of: page_code.fill_function(name, program, word_of),
+    )
+
+
+def _addresses(text: str) -> dict[str, int]:
+    """The addresses of those functions of the package that a text calls."""
+    functions = {
+        vector_code.CLOSE: (close_designs, CLOSING_SIGNATURE),
+        vector_code.OPERATE: (operate, OPERATE_SIGNATURE),
+    }
+    return {name: address_of(*each) for name, each in functions.items() if f"call ptr @{name}(" in text}

@@ -1,0 +1,70 @@
+"""Programs in JavaScript, for a page: functions of one design in place of LANES."""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from explore.mechanisms.linkages.closing import Sizes
+from explore.mechanisms.linkages.operations import FUNCTIONS
+from explore.mechanisms.linkages.programs import Operation, Program
+
+#: Function that gives the word of JavaScript for a function of Python.
+WordOf = Callable[[Any], str]
+
+_SYMBOLS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
+_CALLS = {"sqrt": "Math.sqrt", "abs": "Math.abs", "max": "Math.max", "maximum": "Math.max", "minimum": "Math.min"}
+
+
+def design_function(program: Program, word_of: WordOf) -> str:
+    """A function of the rows of parameters and of constants."""
+    return "\n".join(["(read, written) => {", *_lines(program, word_of), "}"])
+
+
+def node_function(program: Program, word_of: WordOf) -> str:
+    """A function of the constants, of the half-tangent and the anchor, and of the rows to fill."""
+    head = "(read, tangents, anchors, written) => {\nconst tangent = tangents[0], anchor = anchors[0];"
+    return "\n".join([head, *_lines(program, word_of), "}"])
+
+
+def fill_function(name: str, program: Program, word_of: WordOf) -> str:
+    """A function as `explore.model.mechanism.Mechanism.fill`."""
+    head = f"function {name}(read, tangents, anchor, law, variant, count, needs, out) {{"
+    node = f"const tangent = tangents[j], written = out.subarray(j * {len(program.writes)});"
+    return "\n".join(
+        [head, "for (let j = 0; j < count; j++) {", node, *_lines(program, word_of), "}", "}"]
+    )  # fmt: skip
+
+
+def close_function(name: str, called: str, sizes: Sizes, blocked: Sequence[float], functions: Sequence[str]) -> str:
+    """A function of a record, which calls `closing.close_designs` with these arguments."""
+    members = ", ".join(f"{key}: {value}" for key, value in sizes._asdict().items())
+    return f"function {name}(record) {{\n{called}(record, {{{members}}}, {list(blocked)}, {', '.join(functions)});\n}}"
+
+
+def _lines(program: Program, word_of: WordOf) -> Iterator[str]:
+    texts = {k: f"read[{row}]" for k, row in program.reads.items()}
+    texts |= {k: f"({value!r})" if math.isfinite(value) else "NaN" for k, value in program.literals.items()}
+    for operation in program.operations:
+        k = operation.result
+        texts[k] = f"t{k}" if k >= 0 else f"a{~k}"
+        yield f"const {texts[k]} = {_expression(operation, [texts[each] for each in operation.operands], word_of)};"
+    for row, k in program.writes:
+        yield f"written[{row}] = {texts[k]};"
+
+
+def _expression(operation: Operation, parts: list[str], word_of: WordOf) -> str:
+    match operation.name:
+        case "input":
+            return parts[0]
+        case "tangent":
+            return "tangent"
+        case "mirror":
+            return "(anchor == 0 ? 1 : -1)"
+        case "choose":
+            return f"(anchor == 0 ? {parts[0]} : {parts[1]})"
+        case "neg":
+            return f"-{parts[0]}"
+        case name if name in _SYMBOLS:
+            return f"{parts[0]} {_SYMBOLS[name]} {parts[1]}"
+        case name:
+            return f"{_CALLS.get(name) or word_of(FUNCTIONS[name])}({', '.join(parts)})"

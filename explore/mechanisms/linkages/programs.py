@@ -1,0 +1,155 @@
+"""Numbers of a graph as programs: the operations that a function does one after the other, in whatever language."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from explore.mechanisms.linkages.graph import ANGLE, COSINE, SINE, VERSINES, Graph, Number, operands
+from explore.mechanisms.linkages.signals import REFERENCE
+
+#: Operations that round nothing.
+EXACT = frozenset({"neg", "abs", "max", "maximum", "minimum"})
+#: Row of the constant with the distance of the nearest singularity.
+DISTANCE_ROW = 0
+#: Row of the constant with the half-tangent of the reversal of the output at its least place.
+LEAST_ROW = 1
+#: Row of the constant with that at its greatest place.
+GREATEST_ROW = 2
+#: Row of the first of three constants of each link's reference.
+FIRST_REFERENCE = 3
+
+
+class Operation(NamedTuple):
+    """An operation on numbers, which gives the number `result`; "input" copies its operand."""
+
+    result: int
+    name: str
+    operands: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Program:
+    """Operations that fill rows.
+
+    Attributes
+    ----------
+    name
+        Name of the function.
+    operations
+        In an order in which operands come first. "tangent" and "mirror" take the half-tangent of the angle, and 1 or -1
+        for its anchor; "choose" gives its first operand at the anchor and its second at the opposite.
+    literals, reads
+        Values of numbers that are written out, and rows of numbers that are read.
+    writes
+        Row and number of each result, in the order of the rows.
+    """
+
+    name: str
+    operations: tuple[Operation, ...]
+    literals: Mapping[int, float]
+    reads: Mapping[int, int]
+    writes: tuple[tuple[int, int], ...]
+
+
+class Rows:
+    """Constants of a design: the numbers that do not depend on the angle, and that functions of the angle use."""
+
+    def __init__(self, graph: Graph, links: Sequence[str]) -> None:
+        self._graph = graph
+        # The rows before are written at the end; references follow one after the other, whether used or not.
+        self._references = [graph.input(f"{REFERENCE}{link}:{part}").index for link in links for part in range(3)]
+        self._rows = {k: row for row, k in enumerate(self._references, FIRST_REFERENCE)}
+
+    @property
+    def count(self) -> int:
+        """Number of constants."""
+        return FIRST_REFERENCE + len(self._rows)
+
+    def add(self, outputs: Sequence[Number]) -> None:
+        """Add the constants that outputs need."""
+        graph = self._graph
+        found = {output.index for output in outputs}
+        for k in graph.needed(outputs):
+            if graph.levels[k] == ANGLE:
+                found.update(operands(graph.nodes[k]))
+        for k in sorted(found):
+            if graph.levels[k] < ANGLE and graph.nodes[k][0] != "constant":
+                self._rows.setdefault(k, self.count)
+
+    def add_parameters(self, outputs: Sequence[Number]) -> None:
+        """Add the parameters that outputs need."""
+        graph = self._graph
+        for k in graph.needed(outputs):
+            if graph.nodes[k][0] == "input" and graph.levels[k] < ANGLE:
+                self._rows.setdefault(k, self.count)
+
+    def of_design(self, name: str, parameters: Mapping[str, int]) -> Program:
+        """The program that fills the constants from the rows of parameters."""
+        graph = self._graph
+        writes = [(row, k) for k, row in self._rows.items() if k not in self._references]
+        order = graph.needed(Number(graph, k) for _, k in writes)
+        reads = {k: parameters[str(graph.nodes[k][1])] for k in order if graph.nodes[k][0] == "input"}
+        return _program(name, graph, [k for k in order if k not in reads], reads, writes)
+
+    def of_angle(self, name: str, outputs: Sequence[Number]) -> Program:
+        """The program that fills outputs at an angle from the constants."""
+        levels = self._graph.levels
+        return self._at_angle(name, outputs, lambda k: levels[k] == ANGLE)
+
+    def from_parameters(self, name: str, outputs: Sequence[Number]) -> Program:
+        """The same from the parameters among the constants."""
+        graph = self._graph
+        return self._at_angle(name, outputs, lambda k: graph.nodes[k][0] != "input" or graph.levels[k] == ANGLE)
+
+    def _at_angle(self, name: str, outputs: Sequence[Number], computes: Callable[[int], bool]) -> Program:
+        graph = self._graph
+        waiting, order = [output.index for output in outputs], set[int]()
+        while waiting:
+            k = waiting.pop()
+            if k not in order and computes(k) and k not in self._references:
+                order.add(k)
+                waiting += operands(graph.nodes[k])
+        return _program(name, graph, sorted(order), self._rows, [(row, each.index) for row, each in enumerate(outputs)])
+
+
+def _program(
+    name: str, graph: Graph, order: Iterable[int], rows: Mapping[int, int], writes: Sequence[tuple[int, int]]
+) -> Program:
+    """The program of the numbers of an order, which reads or writes out the others."""
+    nodes = graph.nodes
+    computed = [k for k in order if nodes[k][0] != "constant"]
+    used = {each for k in computed for each in operands(nodes[k])}.union(k for _, k in writes).difference(computed)
+    inputs = [k for k in computed if nodes[k][0] == "input"]
+    before = [
+        Operation(~k, str(_ANGLE.nodes[k][1 if _ANGLE.nodes[k][0] == "input" else 0]),
+                  tuple(~each for each in operands(_ANGLE.nodes[k])))
+        for k in _ANGLE.needed(_INPUTS[str(nodes[k][1])] for k in inputs) if _ANGLE.nodes[k][0] != "constant"
+    ]  # fmt: skip
+    operations = [
+        Operation(k, "input", (~_INPUTS[str(nodes[k][1])].index,))
+        if nodes[k][0] == "input"
+        else Operation(k, str(nodes[k][0]), tuple(operands(nodes[k])))
+        for k in computed
+    ]
+    literals = {k: float(nodes[k][1]) for k in used if nodes[k][0] == "constant"}
+    literals |= {~k: float(node[1]) for k, node in enumerate(_ANGLE.nodes) if node[0] == "constant"}
+    reads = {k: rows[k] for k in sorted(used) if nodes[k][0] != "constant"}
+    return Program(name, (*before, *operations), literals, reads, tuple(sorted(writes)))
+
+
+def _inputs_of_angle(graph: Graph) -> dict[str, Number]:
+    """The inputs of the angle, from its half-tangent u: from the anchor itself, or from its opposite."""
+    u, mirror = graph.input("tangent"), graph.input("mirror")
+    square = u * u
+    inverse = 1.0 / (1.0 + square)
+    less, more = 2.0 * square * inverse, 2.0 * inverse
+    behind, ahead = (1.0 - u) * (1.0 - u) * inverse, (1.0 + u) * (1.0 + u) * inverse
+    pairs = ((less, more), (behind, ahead), (more, less), (ahead, behind))
+    versines = {name: one.call("choose", other) for name, (one, other) in zip(VERSINES, pairs, strict=True)}
+    return {COSINE: mirror * (1.0 - square) * inverse, SINE: mirror * 2.0 * u * inverse, **versines}
+
+
+_ANGLE = Graph()
+_INPUTS = _inputs_of_angle(_ANGLE)
