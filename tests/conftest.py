@@ -8,6 +8,8 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: threads that wait for each other cost all workers
+
 import pytest
 from damage_worker import Worker
 from store_files import fill
