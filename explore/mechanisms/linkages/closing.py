@@ -15,7 +15,7 @@ from explore.mechanisms.linkages import cells as cell
 from explore.mechanisms.linkages import directions as direction
 from explore.mechanisms.linkages import reaches as reach
 from explore.mechanisms.linkages import reversals as reversal
-from explore.mechanisms.linkages import statuses
+from explore.mechanisms.linkages import singularities, statuses
 from explore.mechanisms.linkages import turning as turn
 from explore.mechanisms.linkages.programs import DISTANCE_ROW, FIRST_REFERENCE, GREATEST_ROW, LEAST_ROW
 
@@ -79,9 +79,9 @@ def close_designs(record, sizes, blocked, fill_constants, check, direct, rate):
     for j in range(2 * cell.NODES):
         cell.place_node(start, length, is_turn, j, tangents, anchors)
         check(constants, tangents, anchors, values[j * rows * LANES :])
-    work = np.empty(sizes.functions * LANES)
+    work = np.empty((sizes.functions + singularities.WORK_ROWS) * LANES)
     turn.sift(values, sizes.factors, sizes.functions, length, verdicts, work)
-    turn.locate(values, sizes.factors, sizes.functions, constants[DISTANCE_ROW * LANES :], work)
+    singularities.locate(values, sizes.factors, sizes.functions, constants[DISTANCE_ROW * LANES :], work)
     reaches = record[(sizes.interval + 3) * LANES :]
     reach.tell_turns(verdicts, reaches)
     for lane in range(LANES):

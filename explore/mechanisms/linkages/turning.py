@@ -7,8 +7,6 @@ Rows of the values of a node: the factors, and behind them squares of distances 
 either; the slopes of both by the angle; and the sizes of the terms of the factors.
 """
 
-import math
-
 from explore.base.compiling import LANES, compiled
 from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages.cells import NODES, SAFETY, copy_cell, exceeds, halve_cell, least, missed
@@ -21,12 +19,6 @@ DOUBTFUL = 0.0
 FIRST_TIE = 2.0
 #: Rounding error of a factor, relative to the size of its terms.
 ROUNDING = 1e-14
-#: Largest cosh(distance) - 1 of a singularity.
-_LARGEST_EXCESS = 100.0
-#: Largest tangent of the angle from a node to a minimum that is looked for from it.
-_NEAR = 0.5
-#: Share of the distance of the nearest zero that is relied on, because zeros of no minimum are not looked for.
-_SHARE = 0.9
 #: Narrowest cell that is halved, rad.
 FINEST = 1e-7
 #: Type of an array of numbers.
@@ -81,43 +73,6 @@ def _count_doubtful(verdicts):
     for lane in range(LANES):
         doubtful += 1 if verdicts[lane] == DOUBTFUL else 0
     return doubtful
-
-
-@compiled(f"void({_F1}, int64, int64, {_F1}, {_F1})", no_alias=True)
-def locate(values, factors, functions, distances, work):
-    """Fill the half-tangent of the distance of the nearest complex zero of all functions, tanh(distance/2).
-
-    From the nodes of a turn. Near each a function is taken for the first harmonic a - b cos(theta - phi) of the same
-    value, slope and curvature, the last from the slopes of the neighbours: its zeros are at the distance arcosh(a/b)
-    above phi. A zero counts if phi is near the node, where the harmonic holds. `work` has a row for each function, for
-    the least a/b - 1.
-    """
-    rows, width, count = (2 * functions + factors) * LANES, math.pi / (NODES - 1), functions * LANES
-    for k in range(count):
-        work[k] = _LARGEST_EXCESS
-    for j in range(2 * NODES - 2):
-        at = j + j // (NODES - 1)  # each node of the turn once
-        before = at - 1 if at > 0 else 2 * NODES - 2
-        before = NODES - 2 if at == NODES else before
-        # all functions in one loop
-        f, d = values[at * rows :], values[at * rows + count :]
-        left, right = values[before * rows + count :], values[(at + 1) * rows + count :]
-        for k in range(count):
-            curvature, slope = (right[k] - left[k]) * (0.5 / width), d[k]
-            amplitude = math.sqrt(slope * slope + curvature * curvature)
-            total = amplitude + curvature
-            excess = (f[k] * total - slope * slope) / (amplitude * total)
-            near = (curvature > 0.0) & (abs(slope) <= _NEAR * curvature)
-            work[k] = excess if near & (excess < work[k]) else work[k]
-    for lane in range(LANES):
-        distances[lane] = _LARGEST_EXCESS
-    for s in range(functions):
-        own = work[s * LANES :]
-        for lane in range(LANES):
-            distances[lane] = own[lane] if own[lane] < distances[lane] else distances[lane]
-    for lane in range(LANES):
-        excess = distances[lane] if distances[lane] > 0.0 else 0.0
-        distances[lane] = _SHARE * math.sqrt(excess / (excess + 2.0))
 
 
 @compiled(f"Tuple((int64, float64))({_F1}, int64, int64, int64, int64, {_F1}, {_F1})")
