@@ -1,4 +1,4 @@
-"""Functions of the expressions of a table: of angles in degrees, exact at multiples of 90 deg, and of two numbers."""
+"""Functions of the expressions of a table: of angles in degrees, exact at multiples of 90 deg."""
 
 import math
 
@@ -37,15 +37,3 @@ def tangent_of_degrees(x):
 def degrees_of(y, x):
     """The angle of the vector (x, y), deg."""
     return math.atan2(y, x) * (1.0 / _RADIANS)
-
-
-@subroutine(inlined=True)
-def larger(a, b):
-    """The larger of two numbers; NaN where one of them is."""
-    return a if a > b or a != a else b
-
-
-@subroutine(inlined=True)
-def smaller(a, b):
-    """The smaller of two numbers; NaN where one of them is."""
-    return a if a < b or a != a else b

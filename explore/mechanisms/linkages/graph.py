@@ -129,8 +129,12 @@ class Number:
             return self
         if self.value == 0.0:
             return -second
-        same = self.index == second.index
-        return self.graph.constant(0.0) if same else self.graph.put("sub", self.index, second.index)
+        if self.index == second.index:
+            return self.graph.constant(0.0)
+        if self.node[0] == "add" and second.index in operands(self.node):  # (a + b) - a, without rounding a + b
+            first, other = operands(self.node)
+            return Number(self.graph, other if first == second.index else first)
+        return self.graph.put("sub", self.index, second.index)
 
     def __mul__(self, other: Number | float) -> Number:
         second, result = self._folded(other, lambda x, y: x * y)

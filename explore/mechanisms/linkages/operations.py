@@ -1,4 +1,4 @@
-"""Operations of programs that are no instructions of a processor, on WIDTH numbers at once."""
+"""Operations of programs that are no instructions of a processor, on a row at once."""
 
 import math
 
@@ -6,57 +6,48 @@ from numba import types
 
 from explore.base.compiling import LANES, compiled
 from explore.base.lanes.arctangent import arctangent
-from explore.base.lanes.elementary import exact_sum
 from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages.degrees import cosine_of_degrees, degrees_of, sine_of_degrees, tangent_of_degrees
 
-#: Number of designs that an instruction works on.
-WIDTH = LANES // 2
-#: Largest number of operands.
-MOST_OPERANDS = 4
-
-
-@subroutine()
-def _power(x, y):
-    return x**y
-
-
-#: Functions of operations by their names; `operate` knows them by their numbers.
-FUNCTIONS = {
-    "exact_sum": exact_sum, "arctangent": arctangent, "sin": sine_of_degrees, "cos": cosine_of_degrees,
-    "tan": tangent_of_degrees, "atan2": degrees_of, "power": _power, "log": math.log, "exp": math.exp,
-    "hypot": math.hypot,
-}  # fmt: skip
+_SIN, _COS, _TAN, _ATAN2, _POWER, _LOG, _EXP, _HYPOT, _ARCTANGENT = range(9)
 #: Numbers of operations by their names.
-CODES = {name: code for code, name in enumerate(FUNCTIONS)}
+CODES = {
+    "sin": _SIN, "cos": _COS, "tan": _TAN, "atan2": _ATAN2, "power": _POWER, "log": _LOG, "exp": _EXP,
+    "hypot": _HYPOT, "arctangent": _ARCTANGENT,
+}  # fmt: skip
 
-_EXACT_SUM, _ARCTANGENT, _SIN, _COS, _TAN, _ATAN2, _POWER, _LOG, _EXP = range(9)
 _ROW = types.CPointer(types.float64)
+
 #: Signature of `operate`.
-OPERATE_SIGNATURE = types.void(types.int64, _ROW, _ROW, _ROW, _ROW, _ROW)
+OPERATE_SIGNATURE = types.void(types.int64, _ROW, _ROW, _ROW)
 
 
 @compiled(OPERATE_SIGNATURE)
-def operate(code, a, b, c, d, out):
-    """Fill the results of an operation from the rows of its operands; those that it has not are not read."""
-    for lane in range(WIDTH):
-        if code == _EXACT_SUM:
-            out[lane] = exact_sum(a[lane], b[lane], c[lane], d[lane])
-        elif code == _ARCTANGENT:
-            out[lane] = arctangent(a[lane], b[lane])
-        elif code == _SIN:
-            out[lane] = sine_of_degrees(a[lane])
-        elif code == _COS:
-            out[lane] = cosine_of_degrees(a[lane])
-        elif code == _TAN:
-            out[lane] = tangent_of_degrees(a[lane])
-        elif code == _ATAN2:
-            out[lane] = degrees_of(a[lane], b[lane])
-        elif code == _POWER:
-            out[lane] = a[lane] ** b[lane]
-        elif code == _LOG:
-            out[lane] = math.log(a[lane])
-        elif code == _EXP:
-            out[lane] = math.exp(a[lane])
-        else:
-            out[lane] = math.hypot(a[lane], b[lane])
+def operate(code, first, second, out):
+    """Fill the results of an operation on two rows; a function of one number takes the first."""
+    if code == _ARCTANGENT:
+        for lane in range(LANES):
+            out[lane] = arctangent(first[lane], second[lane])
+    else:
+        for lane in range(LANES):
+            out[lane] = _of_formula(code, first[lane], second[lane])
+
+
+@subroutine()
+def _of_formula(code, x, y):
+    """A function of a formula."""
+    if code == _SIN:
+        return sine_of_degrees(x)
+    if code == _COS:
+        return cosine_of_degrees(x)
+    if code == _TAN:
+        return tangent_of_degrees(x)
+    if code == _ATAN2:
+        return degrees_of(x, y)
+    if code == _POWER:
+        return x**y
+    if code == _LOG:
+        return math.log(x)
+    if code == _EXP:
+        return math.exp(x)
+    return math.hypot(x, y)

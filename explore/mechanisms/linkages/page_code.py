@@ -4,15 +4,21 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from explore.base.lanes.arctangent import arctangent
+from explore.base.lanes.elementary import exact_sum
 from explore.mechanisms.linkages.closing import Sizes
-from explore.mechanisms.linkages.operations import FUNCTIONS
+from explore.mechanisms.linkages.degrees import cosine_of_degrees, degrees_of, sine_of_degrees, tangent_of_degrees
 from explore.mechanisms.linkages.programs import Operation, Program
 
 #: Function that gives the word of JavaScript for a function of Python.
 WordOf = Callable[[Any], str]
 
-_SYMBOLS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
-_CALLS = {"sqrt": "Math.sqrt", "abs": "Math.abs", "max": "Math.max", "maximum": "Math.max", "minimum": "Math.min"}
+_SYMBOLS = {"add": "+", "sub": "-", "mul": "*", "div": "/", "power": "**"}
+_CALLS = {
+    "sqrt": math.sqrt, "abs": abs, "max": max, "maximum": max, "minimum": min, "exact_sum": exact_sum,
+    "arctangent": arctangent, "sin": sine_of_degrees, "cos": cosine_of_degrees, "tan": tangent_of_degrees,
+    "atan2": degrees_of, "log": math.log, "exp": math.exp, "hypot": math.hypot,
+}  # fmt: skip
 
 
 def design_function(program: Program, word_of: WordOf) -> str:
@@ -67,4 +73,4 @@ def _expression(operation: Operation, parts: list[str], word_of: WordOf) -> str:
         case name if name in _SYMBOLS:
             return f"{parts[0]} {_SYMBOLS[name]} {parts[1]}"
         case name:
-            return f"{_CALLS.get(name) or word_of(FUNCTIONS[name])}({', '.join(parts)})"
+            return f"{word_of(_CALLS[name])}({', '.join(parts)})"

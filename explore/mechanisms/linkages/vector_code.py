@@ -1,4 +1,4 @@
-"""Programs as LLVM's language: functions that Numba's compiled functions call, WIDTH designs at once.
+"""Programs as LLVM's language: functions that Numba's compiled functions call, LANES designs at once.
 
 A function has Numba's calling convention of C: arrays are passed as their structures, and the result is a null pointer.
 """
@@ -8,8 +8,9 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from explore.base.compiling import LANES
 from explore.base.lanes.disturbance import FACTORS, PERIOD, STEP
+from explore.base.lanes.elementary import exact_sum
 from explore.mechanisms.linkages.closing import Sizes
-from explore.mechanisms.linkages.operations import CODES, MOST_OPERANDS, WIDTH
+from explore.mechanisms.linkages.operations import CODES
 from explore.mechanisms.linkages.programs import EXACT, Operation, Program
 
 #: Numba's structure of an array.
@@ -18,14 +19,14 @@ _ARRAY = "{ptr, ptr, i64, i64, ptr, [1 x i64], [1 x i64]}"
 #: Numba's structure of a function.
 _FUNCTION = "{ptr, ptr, ptr}"
 
-#: Type of WIDTH designs.
-_VECTOR = f"<{WIDTH} x double>"
-
-#: Number of vectors of a row.
-_PARTS = LANES // WIDTH
+#: Type of a row of LANES designs.
+_VECTOR = f"<{LANES} x double>"
 
 #: Permissions to reorder sums and products; see `explore.base.compiling`.
 _FAST = "reassoc nsz arcp contract "
+
+#: Names of the rows that `operate` takes.
+_SLOTS = ("first.operand", "second.operand", "of.operands")
 
 #: Symbol of `operations.operate`.
 OPERATE = "explore_linkage_operate"
@@ -37,31 +38,44 @@ _SYMBOLS = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 _INTRINSICS = {"sqrt": "sqrt", "abs": "fabs", "max": "maximum", "maximum": "maximum", "minimum": "minimum"}
 
 #: Declarations of what functions call.
-HEAD = f"declare ptr @{OPERATE}(i64{', ptr' * (MOST_OPERANDS + 1)})\n" + "".join(
-    f"declare {_VECTOR} @llvm.{name}.v{WIDTH}f64({', '.join([_VECTOR] * count)})\n"
+HEAD = f"declare ptr @{OPERATE}(i64, ptr, ptr, ptr)\n" + "".join(
+    f"declare {_VECTOR} @llvm.{name}.v{LANES}f64({', '.join([_VECTOR] * count)})\n"
     for name, count in (("sqrt", 1), ("fabs", 1), ("maximum", 2), ("minimum", 2))
 )
 
 
 def design_function(program: Program) -> str:
     """A function of the rows of parameters and of constants."""
-    return _function(program, ("read", "written"), "1", "", "", "")
+    return _function(program.name, ("read", "written"), _scratch(program) + _body(program, ""))
 
 
 def node_function(program: Program) -> str:
     """A function of the constants, of half-tangents and of anchors of all lanes, and of the rows to fill."""
-    anchor = f"  %anchor.at = getelementptr double, ptr %anchors, i64 %i.lane\n{_load('%anchor', '%anchor.at')}"
+    angle = _load("%tangent", "%tangents") + _load("%anchor", "%anchors")
     arguments = ("read", "tangents", "anchors", "written")
-    return _function(program, arguments, "1", anchor, _FAST, "")
+    return _function(program.name, arguments, _scratch(program) + angle + _body(program, _FAST))
 
 
 def fill_function(program: Program, *, is_disturbed: bool) -> str:
     """A function as `explore.model.mechanism.Mechanism.fill`, or `disturbed_fill`."""
-    first = f"  %first.step = mul i64 %i.node, {STEP}\n  %first = urem i64 %first.step, {PERIOD}\n"
+    factors = f"  %factor.step = mul i64 %j, {STEP}\n  %factor = urem i64 %factor.step, {PERIOD}\n"
+    loop = (
+        "  %empty = icmp sle i64 %count, 0\n  br i1 %empty, label %done, label %next\n"
+        "next:\n  %j = phi i64 [0, %entry], [%j.after, %next]\n"
+        + _place("%node.tangents", "%tangents", "%j", 1)
+        + _place("%written", "%all.written", "%j", len(program.writes))
+        + _load("%tangent", "%node.tangents")
+        + (factors if is_disturbed else "")
+        + _body(program, _FAST, is_disturbed=is_disturbed)
+        + "  %j.after = add i64 %j, 1\n  %more = icmp slt i64 %j.after, %count\n"
+        "  br i1 %more, label %next, label %done\ndone:\n"
+    )
     anchor = "  %anchor.one = sitofp i64 %anchor.number to double\n" + _spread("%anchor", "%anchor.one")
-    arguments = ("read", "tangents", "anchor.number:", "law:", "variant:", "count:", "needs:", "written")
-    table = _table("factors", FACTORS) if is_disturbed else ""
-    return table + _function(program, arguments, "%count", anchor, _FAST, first if is_disturbed else "")
+    numbers = ("anchor.number:", "law:", "variant:", "count:", "needs:")
+    function = _function(
+        program.name, ("read", "tangents", *numbers, "all.written"), _scratch(program) + anchor + loop
+    )  # fmt: skip
+    return (_table("factors", FACTORS) if is_disturbed else "") + function
 
 
 def close_function(sizes: Sizes, blocked: Sequence[float], functions: Sequence[str]) -> str:
@@ -88,32 +102,22 @@ def _table(name: str, values: Iterable[float]) -> str:
     return f"@{name} = private constant [{len(numbers)} x double] [{', '.join(numbers)}]\n"
 
 
-def _function(
-    program: Program, arguments: tuple[str, ...], count: str, anchor: str, flags: str, disturbance: str
-) -> str:
-    arrays = [name for name in arguments if not name.endswith(":")]
-    declared = [f"i64 %{name[:-1]}" if name.endswith(":") else f"{_ARRAY} %{name}.array" for name in arguments]
-    pointers = "".join(f"  %{name} = extractvalue {_ARRAY} %{name}.array, 4\n" for name in arrays)
+def _function(name: str, arguments: Iterable[str], text: str) -> str:
+    """A function of arrays, and of integers, whose names end with a colon."""
+    declared = [f"i64 %{each[:-1]}" if each.endswith(":") else f"{_ARRAY} %{each}.array" for each in arguments]
+    arrays = [each for each in arguments if not each.endswith(":")]
+    pointers = "".join(f"  %{each} = extractvalue {_ARRAY} %{each}.array, 4\n" for each in arrays)
+    return f"define ptr @{name}({', '.join(declared)}) nounwind {{\nentry:\n{pointers}{text}  ret ptr null\n}}\n\n"
+
+
+def _scratch(program: Program) -> str:
+    """Rows for the operands and the results of `operate`, if it is called."""
     calls = any(operation.name in CODES for operation in program.operations)
-    scratch = "".join(f"  %slot{k} = alloca {_VECTOR}\n" for k in range(MOST_OPERANDS + 1)) if calls else ""
-    tangent = (
-        f"  %i.tangent = mul i64 %i, {WIDTH}\n  %tangent.at = getelementptr double, ptr %tangents, i64 %i.tangent\n"
-        + _load("%tangent", "%tangent.at")
-        if "tangents" in arguments
-        else ""
-    )
-    body = "\n".join(_Body(program, flags, is_disturbed=bool(disturbance)).lines())
-    return (
-        f"define ptr @{program.name}({', '.join(declared)}) nounwind {{\nentry:\n{pointers}{scratch}"
-        f"  %end = mul i64 {count}, {_PARTS}\n  %empty = icmp sle i64 %end, 0\n"
-        f"  br i1 %empty, label %done, label %next\nnext:\n"
-        f"  %i = phi i64 [0, %entry], [%i.after, %next]\n  %i.part = urem i64 %i, {_PARTS}\n"
-        f"  %i.node = udiv i64 %i, {_PARTS}\n  %i.lane = mul i64 %i.part, {WIDTH}\n"
-        f"  %i.row = mul i64 %i.node, {len(program.writes) * LANES}\n  %i.written = add i64 %i.row, %i.lane\n"
-        f"{tangent}{anchor}{disturbance}{body}\n"
-        f"  %i.after = add i64 %i, 1\n  %more = icmp slt i64 %i.after, %end\n"
-        f"  br i1 %more, label %next, label %done\ndone:\n  ret ptr null\n}}\n\n"
-    )
+    return "".join(f"  %{name} = alloca {_VECTOR}\n" for name in _SLOTS) if calls else ""
+
+
+def _body(program: Program, flags: str, *, is_disturbed: bool = False) -> str:
+    return "".join(f"{line}\n" for line in _Body(program, flags, is_disturbed=is_disturbed).lines())
 
 
 class _Body:
@@ -143,13 +147,13 @@ class _Body:
 
     def _store(self, row: int, k: int) -> str:
         place = f"%written{row}"
-        return f"{_place(place, 'written', row)}  store {_VECTOR} {self._texts[k]}, ptr {place}, align 8"
+        return f"{_place(place, '%written', row, 1)}  store {_VECTOR} {self._texts[k]}, ptr {place}, align 8"
 
     def _read(self, k: int) -> Iterator[str]:
         if k not in self._texts:
             row = self._program.reads[k]
             self._texts[k] = f"%read{row}"
-            yield _place(f"%read{row}.at", "read", row) + _load(f"%read{row}", f"%read{row}.at")
+            yield _place(f"%read{row}.at", "%read", row, 1) + _load(f"%read{row}", f"%read{row}.at").rstrip()
 
     def _operate(self, operation: Operation) -> Iterator[str]:
         k, name = operation.result, operation.name
@@ -163,36 +167,56 @@ class _Body:
             yield f"  {result} = fneg {_VECTOR} {parts[0]}"
         elif name in _INTRINSICS:
             given = ", ".join(f"{_VECTOR} {part}" for part in parts)
-            yield f"  {result} = call {_VECTOR} @llvm.{_INTRINSICS[name]}.v{WIDTH}f64({given})"
+            yield f"  {result} = call {_VECTOR} @llvm.{_INTRINSICS[name]}.v{LANES}f64({given})"
         elif name in ("mirror", "choose"):
             one, other = parts or (_splat(1.0), _splat(-1.0))
-            yield f"  {result} = select <{WIDTH} x i1> %opposite, {_VECTOR} {other}, {_VECTOR} {one}"
+            yield f"  {result} = select <{LANES} x i1> %opposite, {_VECTOR} {other}, {_VECTOR} {one}"
+        elif name == "exact_sum":
+            lines: list[str] = []
+            self._texts[k] = exact_sum.py_func(*(_Plain(part, result, lines) for part in parts)).text
+            yield from lines
         else:
             yield from self._call(result, CODES[name], parts)
         if self._is_disturbed and k >= 0 and name not in EXACT:
-            self._texts[k] = f"%d{k}"
+            result, self._texts[k] = self._texts[k], f"%d{k}"
             yield (
-                f"  %f{k}.number = add i64 %first, {k % PERIOD}\n"
+                f"  %f{k}.number = add i64 %factor, {k % PERIOD}\n"
                 f"  %f{k}.at = getelementptr double, ptr @factors, i64 %f{k}.number\n"
                 f"  %f{k}.one = load double, ptr %f{k}.at\n{_spread(f'%f{k}', f'%f{k}.one')}"
-                f"  %d{k} = fmul {self._flags}{_VECTOR} {parts[0] if name == 'input' else result}, %f{k}"
+                f"  %d{k} = fmul {self._flags}{_VECTOR} {result}, %f{k}"
             )
 
     def _call(self, result: str, code: int, parts: list[str]) -> Iterator[str]:
-        for slot, part in enumerate(parts):
-            yield f"  store {_VECTOR} {part}, ptr %slot{slot}"
-        slots = "".join(f", ptr %slot{slot}" for slot in range(MOST_OPERANDS + 1))
-        yield f"  {result}.null = call ptr @{OPERATE}(i64 {code}{slots})"
-        yield f"  {result} = load {_VECTOR}, ptr %slot{MOST_OPERANDS}"
+        """A function of one or two numbers; the second row of one number is that of the first."""
+        first, second, third = (f"%{name}" for name in _SLOTS)
+        for slot, part in zip((first, second), parts, strict=False):
+            yield f"  store {_VECTOR} {part}, ptr {slot}"
+        slots = f"ptr {first}, ptr {second if len(parts) == 2 else first}, ptr {third}"
+        yield f"  {result}.null = call ptr @{OPERATE}(i64 {code}, {slots})"
+        yield f"  {result} = load {_VECTOR}, ptr {third}"
 
 
-def _place(name: str, array: str, row: int) -> str:
-    """A pointer to a row: of the node of `%i` where it is written."""
-    first = "%i.written" if array == "written" else "%i.lane"
-    return (
-        f"  {name}.part = getelementptr double, ptr %{array}, i64 {first}\n"
-        f"  {name} = getelementptr double, ptr {name}.part, i64 {row * LANES}\n"
-    )
+class _Plain:
+    """A vector whose sums and differences become statements, none of which is reordered."""
+
+    def __init__(self, text: str, name: str, lines: list[str]) -> None:
+        self.text, self._name, self._lines = text, name, lines
+
+    def __add__(self, other: "_Plain") -> "_Plain":
+        return self._put("fadd", other)
+
+    def __sub__(self, other: "_Plain") -> "_Plain":
+        return self._put("fsub", other)
+
+    def _put(self, instruction: str, other: "_Plain") -> "_Plain":
+        text = f"{self._name}.{len(self._lines)}"
+        self._lines.append(f"  {text} = {instruction} {_VECTOR} {self.text}, {other.text}")
+        return _Plain(text, self._name, self._lines)
+
+
+def _place(name: str, pointer: str, number: str | int, rows: int) -> str:
+    """A pointer to so many rows behind another, times a number."""
+    return f"  {name} = getelementptr [{rows * LANES} x double], ptr {pointer}, i64 {number}\n"
 
 
 def _load(name: str, place: str) -> str:
@@ -203,12 +227,12 @@ def _spread(name: str, number: str) -> str:
     """All lanes of a vector of one number."""
     return (
         f"  {name}.first = insertelement {_VECTOR} undef, double {number}, i64 0\n"
-        f"  {name} = shufflevector {_VECTOR} {name}.first, {_VECTOR} undef, <{WIDTH} x i32> zeroinitializer\n"
+        f"  {name} = shufflevector {_VECTOR} {name}.first, {_VECTOR} undef, <{LANES} x i32> zeroinitializer\n"
     )
 
 
 def _splat(value: float) -> str:
-    return f"<{', '.join([f'double {_hex(value)}'] * WIDTH)}>"
+    return f"<{', '.join([f'double {_hex(value)}'] * LANES)}>"
 
 
 def _hex(value: float) -> str:
