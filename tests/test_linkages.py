@@ -350,6 +350,17 @@ def test_designs_whose_singularity_is_too_near_for_equal_steps_are_halved(ground
     assert row["B_transmission_angle_min"] == pytest.approx(expected, rel=1e-7)
 
 
+def test_a_near_singularity_takes_up_to_256_equal_steps():
+    """At a distance of 0.18: fewer than half the nodes of halved panels, and within the bound."""
+    lengths = {"r1": 30.0, "r2": 100.0, "r3": 80.0, "r4": 51.2}
+    row = explore.evaluate(Linkage(FOUR_BAR), lengths, metrics=["rocker_acceleration_rms"]).iloc[0]
+    motion = explore.simulate(Linkage(FOUR_BAR), lengths, angles=np.arange(0.0, 360.0, 0.5))
+    assert 160 < row["nodes"] <= 256
+    exact = math.sqrt(np.mean(np.square(motion["rocker_acceleration"])))
+    assert row["rocker_acceleration_rms"] == pytest.approx(exact, rel=row["error"])
+    assert row["error"] < 1e-9
+
+
 def test_a_negative_length_of_the_frame_is_bounded_by_what_it_cancels():
     """The sums of the driver's distance cancel there: a bound of the form with a positive length would be too small."""
     lengths = {"r1": 30.0, "r2": 100.0, "r3": 80.0}

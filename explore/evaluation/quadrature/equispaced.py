@@ -41,6 +41,8 @@ LOG_CONSTANT_4 = -1.2
 FEWEST_NODES = 8
 #: Largest number of nodes that is chosen, so that later rounds still find more.
 MOST_NODES = 160
+#: Largest number of nodes that is chosen where more are left to the adaptive rule, which takes 576 at least.
+MOST_LOCATED_NODES = 256
 #: Number of equispaced nodes that take as long as a graded one: they need no exponentials, and one panel, not two.
 WORTH = 1.1
 #: Largest half-tangent of a singularity's distance that counts: beyond it fewer than FEWEST_NODES would do.
@@ -76,6 +78,7 @@ def choose_equispaced(panels, n, order, target, is_located):
     Panel p of design i has the number ``p * n + i``, and COUNT is filled. Where singularities may stand above any
     angle, no design keeps graded panels: one that needs too many nodes has the fewest instead; see `is_left`.
     """
+    most = MOST_LOCATED_NODES if is_located else MOST_NODES
     for k in range(n):
         panels[SECOND + k] = panels[COUNT + k] + panels[COUNT + n + k]
     # Constant offsets only: see `explore.evaluation.quadrature.panels`.
@@ -87,7 +90,7 @@ def choose_equispaced(panels, n, order, target, is_located):
         nearest = s3 if s3 < nearest else nearest
         rate = logarithm((1.0 + nearest) / (1.0 - nearest))
         nodes = _nodes(rate, target, order)
-        fits = (rate > 0.0) & (nodes <= MOST_NODES)
+        fits = (rate > 0.0) & (nodes <= most)
         chosen = is_located | ((nodes <= WORTH * panels[SECOND + k]) & fits)
         left = is_located & (not fits)
         panels[SINGULAR + k] = _LEFT if left else s1
