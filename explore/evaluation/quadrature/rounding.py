@@ -35,15 +35,24 @@ def fill_roundings(disturbed_fill, sizes, tables, w, anchor, law, variant, count
         if not tables.flags[w, s]:
             continue
         largest = tables.flags[w, s] & FLAG_EXTREMES != 0
+        totals = tile.disturbed[s * LANES :]
+        for j in range(used):
+            disturbed, plain = tile.disturbed[(j * rows + s) * LANES :], signals[(j * STRIDE * rows + s) * LANES :]
+            _add_squares(j, largest, disturbed, plain, totals)
         for lane in range(lanes):
-            total = 0.0
-            for j in range(used):
-                change = tile.disturbed[(j * rows + s) * LANES + lane] - signals[(j * STRIDE * rows + s) * LANES + lane]
-                square = change * change
-                # not a number where a disturbed design has no motion
-                total = square if largest and not square <= total else total if largest else total + square
-            square = total * scale if largest else total * scale / used
+            square = totals[lane] * scale if largest else totals[lane] * scale / used
             sums.roundings[s * PANEL_CAPACITY + tile.lane_panels[lane]] = square if square == square else math.inf
+
+
+@subroutine(inlined=True)
+def _add_squares(j, largest, disturbed, plain, totals):
+    """Add the squares of changes at node j, or take the largest; the first overwrite the changes of node 0."""
+    for lane in range(LANES):
+        change = disturbed[lane] - plain[lane]
+        square, total = change * change, totals[lane] if j > 0 else 0.0
+        # not a number where a disturbed design has no motion
+        most = total if square <= total else square
+        totals[lane] = most if largest else total + square
 
 
 @subroutine()

@@ -12,6 +12,8 @@ from explore.base.subroutines import subroutine
 
 #: Nodes of each half of a turn or of an interval; its ends are nodes of both halves.
 NODES = 17
+#: Number of cells of a quarter of a turn.
+QUARTER = (NODES - 1) // 2
 #: Largest number of cells of one design that wait to be halved.
 MOST_CELLS = 512
 #: Factor on what a cubic misses, where the sign of a function is told from it.

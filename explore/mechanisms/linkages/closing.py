@@ -13,9 +13,9 @@ from explore.base.compiling import LANES, compiled, function_type
 from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages import cells as cell
 from explore.mechanisms.linkages import directions as direction
+from explore.mechanisms.linkages import harmonics, singularities, statuses
 from explore.mechanisms.linkages import reaches as reach
 from explore.mechanisms.linkages import reversals as reversal
-from explore.mechanisms.linkages import singularities, statuses
 from explore.mechanisms.linkages import turning as turn
 from explore.mechanisms.linkages.programs import DISTANCE_ROW, FIRST_REFERENCE, GREATEST_ROW, LEAST_ROW
 
@@ -40,6 +40,8 @@ class Sizes(NamedTuple):
         Row of the status in a record, behind the constants that it keeps.
     interval
         Row of the interval, behind the parameters and before the metrics.
+    is_harmonic
+        Whether all functions are first harmonics of the angle; 0 for no.
     has_strokes, tells_reach
         Whether reversals of the output are looked for, and intervals at which designs assemble that do not turn.
     """
@@ -50,6 +52,7 @@ class Sizes(NamedTuple):
     constants: int
     status: int
     interval: int
+    is_harmonic: int
     has_strokes: int
     tells_reach: int
 
@@ -68,22 +71,56 @@ def close_designs(record, sizes, blocked, fill_constants, check, direct, rate):
     `blocked` are the statuses of designs that are blocked at each factor. `fill_constants` fills the constants from the
     record; `check`, `direct` and `rate` fill rows of a node for `turning`, `directions` and `reversals`.
     """
-    constants, tile = np.empty(sizes.constants * LANES), np.empty(sizes.constants * LANES)
-    rows = 2 * sizes.functions + sizes.factors
-    values, verdicts = np.empty(2 * cell.NODES * rows * LANES), np.empty(LANES)
-    tangents, anchors = np.empty(LANES), np.empty(LANES)
+    constants = np.empty(sizes.constants * LANES)
     fill_constants(record, constants)
     is_turn = record[(sizes.interval + 1) * LANES] == 0.0
     start = -0.5 * math.pi if is_turn else record[sizes.interval * LANES]
     length = 2.0 * math.pi if is_turn else record[(sizes.interval + 1) * LANES]
+    doubtful = 1
+    if is_turn and sizes.is_harmonic > 0:
+        doubtful = _take_harmonics(record, sizes, check, constants, start, length)
+    if doubtful > 0:
+        _decide_all(record, sizes, blocked, check, constants, start, length, is_turn)
+    for lane in range(LANES):
+        constants[LEAST_ROW * LANES + lane] = constants[GREATEST_ROW * LANES + lane] = math.nan
+        record[(sizes.interval + 2) * LANES + lane] = math.nan
+    if sizes.links > 0:
+        _place_references(sizes, direct, constants, start, length, is_turn)
+    if sizes.has_strokes > 0:
+        _find_strokes(record, sizes, rate, constants)
+    for k in range(sizes.status * LANES):
+        record[k] = constants[k]
+
+
+@subroutine(allocates=True)
+def _take_harmonics(record, sizes, check, constants, start, length):
+    """Decide lanes of a turn whose functions are first harmonics as if all turned; return the number of other lanes."""
+    size = (2 * sizes.functions + sizes.factors) * LANES
+    values, tangents, anchors = np.empty(4 * size), np.empty(LANES), np.empty(LANES)
+    for quarter in range(4):
+        cell.place_node(start, length, True, quarter * cell.QUARTER + quarter // 2, tangents, anchors)
+        check(constants, tangents, anchors, values[quarter * size :])
+    for lane in range(LANES):
+        tangents[lane], record[sizes.status * LANES + lane] = turn.TURNS, 1.0
+    reach.tell_turns(tangents, record[(sizes.interval + 3) * LANES :])
+    distances = constants[DISTANCE_ROW * LANES :]
+    return harmonics.decide_harmonics(values, sizes.factors, sizes.functions, distances)
+
+
+@subroutine(allocates=True)
+def _decide_all(record, sizes, blocked, check, constants, start, length, is_turn):
+    """Fill the status of each lane, the intervals at which it assembles, and the distance of its singularities."""
+    rows = 2 * sizes.functions + sizes.factors
+    values, verdicts = np.empty(2 * cell.NODES * rows * LANES), np.empty(LANES)
+    tangents, anchors, tile = np.empty(LANES), np.empty(LANES), np.empty(sizes.constants * LANES)
     for j in range(2 * cell.NODES):
         cell.place_node(start, length, is_turn, j, tangents, anchors)
         check(constants, tangents, anchors, values[j * rows * LANES :])
     work = np.empty((sizes.functions + singularities.WORK_ROWS) * LANES)
     turn.sift(values, sizes.factors, sizes.functions, length, verdicts, work)
-    singularities.locate(values, sizes.factors, sizes.functions, constants[DISTANCE_ROW * LANES :], work)
-    reaches = record[(sizes.interval + 3) * LANES :]
-    reach.tell_turns(verdicts, reaches)
+    if not is_turn or sizes.is_harmonic == 0:
+        singularities.locate(values, sizes.factors, sizes.functions, constants[DISTANCE_ROW * LANES :], work)
+    reach.tell_turns(verdicts, record[(sizes.interval + 3) * LANES :])
     for lane in range(LANES):
         record[sizes.status * LANES + lane] = 1.0
         if verdicts[lane] != turn.TURNS:
@@ -91,15 +128,6 @@ def close_designs(record, sizes, blocked, fill_constants, check, direct, rate):
             _decide(record, sizes, blocked, check, tile, values, start, length, lane, verdicts)
             if _tells_reach(record, sizes, values, is_turn, lane, verdicts):
                 _find_reaches(record, sizes, check, tile, values, start, length, lane)
-    for lane in range(LANES):
-        constants[LEAST_ROW * LANES + lane] = constants[GREATEST_ROW * LANES + lane] = math.nan
-        record[(sizes.interval + 2) * LANES + lane] = math.nan
-    if sizes.links > 0:
-        _place_references(sizes, direct, constants, start, length, is_turn)
-    if sizes.has_strokes > 0:
-        _find_strokes(record, sizes, rate, constants, tile)
-    for k in range(sizes.status * LANES):
-        record[k] = constants[k]
 
 
 @subroutine(allocates=True)
@@ -176,11 +204,11 @@ def _place_references(sizes, direct, constants, start, length, is_turn):
 
 
 @subroutine(allocates=True)
-def _find_strokes(record, sizes, rate, constants, tile):
+def _find_strokes(record, sizes, rate, constants):
     """Fill the places of the output's reversals, the time ratio, and the statuses of lanes without strokes."""
     rates = np.empty((reversal.CELLS + 1) * reversal.RATE_ROWS * LANES)
     tangents, anchors, counts, doubts = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
-    places = np.empty(4 * LANES)
+    places, tile = np.empty(4 * LANES), np.empty(sizes.constants * LANES)
     for j in range(reversal.CELLS + 1):
         cell.place_lanes(reversal.reversal_node(j), tangents, anchors)
         rate(constants, tangents, anchors, rates[j * reversal.RATE_ROWS * LANES :])

@@ -25,7 +25,7 @@ from explore.model.quantities import Parameter, Signal
 from explore.model.window import Window
 
 #: Version of the equations and of what follows from them; raised when a number changes.
-_VERSION = "5"
+_VERSION = "6"
 
 _STROKES = ("forward", "backward")
 _WINDOWS = (

@@ -186,10 +186,10 @@ class Equations(Trace):
         self._add_factor(Factor(point, p, size), inherited)
         self._add_factor(Factor(point, q, size), inherited)
         self.squares.append(square)
-        inverse = square.inverse()
+        half_inverse = square.inverse() * 0.5
         root = (p * q).sqrt()
-        k = (p + r * (r - s) * 2.0) * inverse * 0.5
-        f = root * inverse * (0.5 * self._sign(point))
+        k = (p + r * (r - s) * 2.0) * half_inverse
+        f = root * half_inverse * self._sign(point)
         (ax, ay), (dx, dy) = self.points[a], d
         self._know(point, (ax + (k * dx - f * dy), ay + (k * dy + f * dx)), own, point)
         self.transmission[point] = (root.terms[0], 0.5 * (q.terms[0] - p.terms[0]))

@@ -104,6 +104,20 @@ class Number:
         """The value of a constant; None of others."""
         return float(self.node[1]) if self.node[0] == "constant" else None
 
+    @property
+    def order(self) -> float:
+        """Order of a trigonometric polynomial of the input angle; infinite where it is none, or not seen to be one."""
+        graph, orders = self.graph, dict[int, float]()
+        for k in graph.needed([self]):
+            name, own = graph.nodes[k][0], [orders[each] for each in operands(graph.nodes[k])]
+            if graph.levels[k] < ANGLE:
+                orders[k] = 0.0
+            elif name in ("add", "sub", "neg", "mul"):
+                orders[k] = sum(own) if name == "mul" else max(own)
+            else:
+                orders[k] = 1.0 if name == "input" else math.inf
+        return orders[self.index]
+
     def _of(self, other: Number | float) -> Number:
         return other if isinstance(other, Number) else self.graph.constant(other)
 

@@ -11,7 +11,7 @@ from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, address_of
 from explore.mechanisms.linkages import page_code, statuses, vector_code
 from explore.mechanisms.linkages.closing import CLOSING_SIGNATURE, Sizes, close_designs
 from explore.mechanisms.linkages.equations import Equations
-from explore.mechanisms.linkages.graph import Number
+from explore.mechanisms.linkages.graph import Number, Series
 from explore.mechanisms.linkages.native_code import NativeFunction
 from explore.mechanisms.linkages.operations import OPERATE_SIGNATURE, operate
 from explore.mechanisms.linkages.programs import Program, Rows
@@ -70,7 +70,7 @@ def make_kernel(
     factors = len(equations.factors)
     sizes = Sizes(
         factors, factors + len(equations.squares), len(links), rows.count, status, status + 1 + len(parameters),
-        int(bool(rate)), int(tells_reach),
+        _are_harmonic(equations), int(bool(rate)), int(tells_reach),
     )  # fmt: skip
     closing = _Closing(
         sizes,
@@ -83,15 +83,24 @@ def make_kernel(
     return Kernel(close, _fill_function(fill), _fill_function(disturbed, is_disturbed=True), status)
 
 
+def _functions(equations: Equations) -> list[Series]:
+    """What must not vanish: the factors, then the squares of distances."""
+    return [*(factor.value for factor in equations.factors), *equations.squares]
+
+
+def _are_harmonic(equations: Equations) -> int:
+    """Whether all functions are first harmonics of the angle, as those of a single dyad on the driver."""
+    return int(all(function.terms[0].order <= 1 for function in _functions(equations)))
+
+
 def _check_rows(equations: Equations) -> list[Number]:
     """The rows that `turning` takes."""
     zero = equations.graph.constant(0.0)
-    factors = equations.factors
-    functions = [*(factor.value for factor in factors), *equations.squares]
+    functions = _functions(equations)
     return [
         *(function.terms[0] for function in functions),
         *(function.terms[1] for function in functions),
-        *(factor.size or zero for factor in factors),
+        *(factor.size or zero for factor in equations.factors),
     ]
 
 

@@ -144,11 +144,11 @@ def _inputs_of_angle(graph: Graph) -> dict[str, Number]:
     u, mirror = graph.input("tangent"), graph.input("mirror")
     square = u * u
     inverse = 1.0 / (1.0 + square)
-    less, more = 2.0 * square * inverse, 2.0 * inverse
+    less, more, signed = (square + square) * inverse, inverse + inverse, mirror * inverse
     behind, ahead = (1.0 - u) * (1.0 - u) * inverse, (1.0 + u) * (1.0 + u) * inverse
     pairs = ((less, more), (behind, ahead), (more, less), (ahead, behind))
     versines = {name: one.call("choose", other) for name, (one, other) in zip(VERSINES, pairs, strict=True)}
-    return {COSINE: mirror * (1.0 - square) * inverse, SINE: mirror * 2.0 * u * inverse, **versines}
+    return {COSINE: (1.0 - square) * signed, SINE: (u + u) * signed, **versines}
 
 
 _ANGLE = Graph()

@@ -13,6 +13,7 @@ import math
 from explore.base.compiling import LANES, compiled
 from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages.cells import NODES
+from explore.mechanisms.linkages.harmonics import amplitude_ratio, zero_tangent
 
 #: Number of nodes of half a turn, each counted once.
 _HALF = NODES - 1
@@ -88,10 +89,7 @@ def _locate_harmonic(function, size, slopes, distances, work):
     others = 0
     for lane in range(LANES):
         mean = 0.5 * (function[lane] + opposite[lane])
-        one, other = 0.5 * (function[lane] - opposite[lane]), 0.5 * (after[lane] - before[lane])
-        square = (one * one + other * other) / (mean * mean)
-        modulus = math.sqrt(square) / (1.0 + math.sqrt(1.0 - square if square < 1.0 else 0.0))
-        tangent = (1.0 - modulus) / (1.0 + modulus) if modulus < 1.0 else 0.0
+        tangent = zero_tangent(amplitude_ratio(function[lane], after[lane], opposite[lane], before[lane]))
         is_harmonic = error[lane] <= _HARMONIC * abs(mean)
         distances[lane] = tangent if is_harmonic & (tangent < distances[lane]) else distances[lane]
         is_other[lane] = 0.0 if is_harmonic else 1.0
