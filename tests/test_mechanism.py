@@ -132,20 +132,19 @@ def test_functions_are_compiled():
         )
 
 
-def test_one_window_is_the_full_turn():
+def test_one_window_is_the_whole_motion():
     cycle, *others = RIG.windows
-    assert problem(RIG, windows=tuple(others)) == "0 windows are the full turn; exactly one is"
-    assert problem(RIG, windows=(*RIG.windows, replace(cycle, name="turn"))) == (
-        "2 windows are the full turn; exactly one is"
-    )
+    sentence = "windows are the full turn or the range of input angles; exactly one is"
+    assert problem(RIG, windows=tuple(others)) == f"0 {sentence}"
+    assert problem(RIG, windows=(*RIG.windows, replace(cycle, name="turn"))) == f"2 {sentence}"
 
 
-def test_explicit_angles_are_the_window_interval():
-    assert problem(RIG, windows=(*RIG.windows, Window("part", "a part", "interval"))) == (
-        "the window 'part' is of kind 'interval'; that of explicit angles is named 'interval'"
+def test_the_name_interval_is_of_explicit_angles_and_a_range_needs_a_kernel_that_takes_it():
+    assert problem(RIG, windows=(*RIG.windows[1:], Window("range", "a range", "interval"))) == (
+        "the window 'range' limits the input angle, which needs takes_interval"
     )
     assert problem(RIG, windows=changed(RIG.windows, "cycle", name="interval")) == (
-        "the window 'interval' is of kind 'turn'; that of explicit angles is named 'interval'"
+        "the window 'interval' is of kind 'turn'; that name is of explicit angles"
     )
 
 

@@ -12,7 +12,7 @@ from explore.base.errors import ResultsError
 from explore.figures.charts.bounds import SignalBound, signal_bounds, uses_drive_stroke
 from explore.figures.charts.mechanism import mechanism_chart
 from explore.figures.charts.motion import motion_chart
-from explore.figures.charts.turn import spans_in_turn
+from explore.figures.charts.turn import TURN
 from explore.figures.reporting.contents import collect_contents
 from explore.figures.simulation import simulate_design
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
@@ -92,7 +92,7 @@ def test_limit_lines_are_those_of_the_study(sweep):
         (simulated.drive[1] - 360.0, simulated.drive[0]), abs=1e-9
     )
     spans = [span for _, span in limit_lines(charts["angular acceleration [rad/s²]"])]
-    assert sorted(spans) == sorted([*spans_in_turn(upper), *spans_in_turn(lower)])
+    assert sorted(spans) == sorted([*TURN.parts(upper), *TURN.parts(lower)])
 
 
 def test_violations_of_a_bound_are_hatched_along_its_stroke(sweep):
@@ -103,7 +103,7 @@ def test_violations_of_a_bound_are_hatched_along_its_stroke(sweep):
     corners = np.vstack([path.vertices for part in hatched for path in part.get_paths()])
     assert corners[:, 1].min() >= 0.01
     assert corners[:, 1].max() == pytest.approx(simulated.motion["rocker_acceleration"].max(), rel=0.2)
-    inside = [any(start <= x <= stop for start, stop in spans_in_turn(simulated.drive)) for x in corners[:, 0]]
+    inside = [any(start <= x <= stop for start, stop in TURN.parts(simulated.drive)) for x in corners[:, 0]]
     assert len(inside) > 10
     assert all(inside)
 
@@ -165,7 +165,7 @@ def test_bounds_of_a_window_are_drawn_along_it(sweep, window):
     results = sweep(window, ["rocker_velocity_max"], "rocker_velocity_max = { max = 0.1 }")
     (bound,) = signal_bounds(results, find_mechanism("crank-rocker"))
     assert bound.span == pytest.approx((300.0, 400.0))
-    np.testing.assert_allclose(spans_in_turn(bound.span), [(0.0, 40.0), (300.0, 360.0)], rtol=1e-12, atol=1e-11)
+    np.testing.assert_allclose(TURN.parts(bound.span), [(0.0, 40.0), (300.0, 360.0)], rtol=1e-12, atol=1e-11)
     assert len(limit_lines(charts_of(motion_chart(results, design=0))["angular velocity [rad/s]"])) == 2
 
 

@@ -7,7 +7,7 @@ import explore
 from explore.figures.charts.mechanism import mechanism_figure
 from explore.figures.charts.motion import clutch_output, motion_figure
 from explore.figures.charts.style import new_figure, save_figure, write_heading
-from explore.figures.charts.turn import turn_angles
+from explore.figures.charts.turn import TURN
 from explore.figures.simulation import SimulatedDesign
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.mechanisms.rig.declaration import TEST_RIG
@@ -25,7 +25,7 @@ DESIGNS = [
 
 def simulated_design(design, **facts):
     """The motion of one design over a turn, as charts take it."""
-    motion = explore.simulate("crank-rocker", design, angles=turn_angles())
+    motion = explore.simulate("crank-rocker", design, angles=TURN.densely(0.0))
     return SimulatedDesign(CRANK_ROCKER, design, motion, **facts)
 
 
@@ -64,7 +64,7 @@ def test_the_curves_resolve_sharp_peaks():
     design = {"crank": 150.0, "coupler": 1083.5, "rocker": 541.75, "ground": 691.75 + 2.0**-20}
     metrics = ["rocker_acceleration_max", "rocker_acceleration_min"]
     exact = explore.evaluate("crank-rocker", design, metrics=metrics, window="cycle").iloc[0]
-    acceleration = explore.simulate("crank-rocker", design, angles=turn_angles())["rocker_acceleration"]
+    acceleration = explore.simulate("crank-rocker", design, angles=TURN.densely(0.0))["rocker_acceleration"]
     # Neighbouring angles differ by a quarter of their distance from the peak's foot.
     assert acceleration.max() == pytest.approx(exact["rocker_acceleration_max"], rel=0.02)
     assert acceleration.min() == pytest.approx(exact["rocker_acceleration_min"], rel=0.02)
@@ -120,7 +120,7 @@ def test_a_double_crank_has_no_strokes(tmp_path):
 def test_pin_forces_start_at_0_and_the_mean_torque_is_0():
     """The published rig at its shortest crank, where forces hardly vary; a constant load torque does no net work."""
     rig = {"crank": 5.0, "coupler": 460.0, "rocker": 595.0, "ground": 751.0, "speed": 60.0, "constant_torque": 25000.0}
-    motion = explore.simulate("test-rig", rig, angles=turn_angles())
+    motion = explore.simulate("test-rig", rig, angles=TURN.densely(0.0))
     figure = motion_figure(SimulatedDesign(TEST_RIG, rig, motion))
     (pins,) = (chart for chart in figure.axes if "pin forces" in chart.get_ylabel())
     low, high = pins.get_ylim()

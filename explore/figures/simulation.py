@@ -1,4 +1,4 @@
-"""One design of results, simulated over a turn for the figures of a single design."""
+"""One design of results, simulated over its motion for the figures of a single design."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from explore.base.errors import RequestError
 from explore.base.units.shown import ShownUnits
-from explore.figures.charts.bounds import SignalBound, drive_of, signal_bounds, uses_drive_stroke
-from explore.figures.charts.turn import turn_angles
+from explore.figures.charts.bounds import SignalBound, drive_of, interval_of, signal_bounds, uses_drive_stroke
+from explore.figures.charts.turn import TURN, Span
 from explore.model.drawing import PLACE, Drawing, Panel, Pose
 from explore.model.mechanism import Mechanism
 from explore.model.output_slider import TRAVEL, TRAVEL_PANEL, TRAVEL_SIGNAL, OutputSlider
@@ -20,7 +20,7 @@ from explore.model.quantities import FloatArray, Signal
 from explore.model.targets import PathTarget
 from explore.results.labels import results_name
 from explore.results.queries import choose_design
-from explore.running.motions import mark_angles, window_limits
+from explore.running.motions import mark_angles, motion_span, window_limits
 from explore.running.public import simulate
 from explore.studies.config.linkage import mechanism_of
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SimulatedDesign:
-    """The motion of one design over a turn, and what its study defines on it.
+    """The motion of one design, and what its study defines on it.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class SimulatedDesign:
     parameters
         Parameters of the design, in declared units, defaults included.
     motion
-        Signals at input angles of one turn, from `explore.simulate`.
+        Signals at input angles of the span, from `explore.simulate`.
     title
         Study, number and parameters of the design.
     marks
@@ -58,6 +58,8 @@ class SimulatedDesign:
         Units that figures show; all values here are in declared units.
     slider
         The slider that the columns of its results tie to its point; None without one.
+    span
+        The input angles of the motion.
     """
 
     mechanism: Mechanism
@@ -70,6 +72,7 @@ class SimulatedDesign:
     bounds: Sequence[SignalBound] = ()
     units: ShownUnits = field(default_factory=ShownUnits)
     slider: OutputSlider | None = None
+    span: Span = TURN
 
     @property
     def signals(self) -> tuple[Signal, ...]:
@@ -87,7 +90,9 @@ class SimulatedDesign:
 
     @property
     def limits(self) -> dict[str, float]:
-        """Input angles of the limit positions by name, deg; empty where there are none."""
+        """Input angles of the limit positions by name, deg, or the ends of a part of a turn; empty without any."""
+        if not self.span.is_turn:
+            return dict(zip(("first", "last"), self.span.ends, strict=True))
         names = [end for stroke in self.mechanism.strokes[:1] for end in self.mechanism.window(stroke).ends]
         return {name: angle for name, angle in self.marks.items() if name in names}
 
@@ -137,9 +142,10 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     row = results.design(chosen)
     values = {p.name: float(row[p.name]) if p.name in row else p.default for p in mechanism.parameters}
     parameters = {name: value for name, value in values.items() if value is not None}
-    points, angles = coordinates(mechanism.points, parameters), turn_angles(np.rad2deg(mechanism.anchor_angle))
-    motion = simulate(mechanism.name, parameters, points=points, target=mechanism.target, angles=angles)
     columns = {name: np.array([value]) for name, value in parameters.items()}
+    span = Span(*motion_span(mechanism, columns, interval_of(results, mechanism)))
+    points, angles = coordinates(mechanism.points, parameters), span.densely(np.rad2deg(mechanism.anchor_angle))
+    motion = simulate(mechanism.name, parameters, points=points, target=mechanism.target, angles=angles)
     strokes = _Strokes(mechanism, columns, drive_of(results, mechanism))
     uses_stroke = uses_drive_stroke(results, mechanism)
     swept = ", ".join(
@@ -151,11 +157,12 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
         parameters,
         motion,
         title=f"{results_name(results)}, design {chosen:,}: {swept}",
-        marks=mark_angles(mechanism, columns),
+        marks=mark_angles(mechanism, columns) if span.is_turn else {},
         drive=strokes.limits("drive") if uses_stroke else None,
         phases=_count_phases(mechanism, parameters) if uses_stroke else None,
         bounds=strokes.located(signal_bounds(results, mechanism)),
         units=units,
+        span=span,
     )
     slider = OutputSlider.of(row, mechanism.points)
     return _with_slider(simulated, slider) if slider and mechanism.drawing else simulated

@@ -77,7 +77,7 @@ def _columns(declaration: Declaration) -> Iterator[str]:
         if rows.get(name) != position:
             yield f"rows has '{name}' at {rows.get(name, 'absent')}, the declaration at {position}"
     for name, row in rows.items():
-        if row > declaration.n_constants and name not in names:
+        if row > declaration.n_constants and name not in names and not name.startswith("_"):
             yield f"rows has '{name}' at {row}, the declaration at absent"
     if not 0 <= declaration.n_fill_constants <= declaration.n_constants:
         yield f"fill reads {declaration.n_fill_constants} constants of {declaration.n_constants}"
@@ -188,11 +188,13 @@ def _windows(declaration: Declaration) -> Iterator[str]:
             yield f"the window '{window.name}' has {len(window.ends)} ends; an arc has two marks, no other kind has any"
         if len(set(window.ends)) < len(window.ends):
             yield f"the window '{window.name}' ends where it begins, at the mark '{window.ends[0]}'"
-        if (window.kind == "interval") != (window.name == "interval"):
-            yield f"the window '{window.name}' is of kind '{window.kind}'; that of explicit angles is named 'interval'"
-    turns = [window.name for window in declaration.windows if window.kind == "turn"]
-    if len(turns) != 1:
-        yield f"{len(turns)} windows are the full turn; exactly one is"
+        if window.name == "interval" and window.kind != "interval":
+            yield f"the window 'interval' is of kind '{window.kind}'; that name is of explicit angles"
+        if window.kind == "interval" and window.name != "interval" and not declaration.takes_interval:
+            yield f"the window '{window.name}' limits the input angle, which needs takes_interval"
+    count = sum(window.is_whole for window in declaration.windows)
+    if count != 1:
+        yield f"{count} windows are the full turn or the range of input angles; exactly one is"
     yield from _strokes(declaration)
     windows, signals = {window.name for window in declaration.windows}, {signal.name for signal in declaration.signals}
     for parameter in declaration.parameters:

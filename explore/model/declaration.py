@@ -63,7 +63,8 @@ class Declaration:
         Number of constants of a design, the first rows of a record, which `fill` and the windows take.
     rows
         Rows of a record after those constants that the declaration does not name: further constants, then "STATUS", the
-        names of `kernel_parameters` and those of `metrics`, in capitals or, where case tells names apart, as `own_row`.
+        names of `kernel_parameters` and those of `metrics`, in capitals or, where case tells names apart, as `own_row`,
+        then those that begin with "_", which are the kernel's own.
     signal_rows
         Number of rows of the signal array.
     marks
@@ -243,6 +244,11 @@ class Declaration:
         """Row of a record that holds the first metric; the number of rows where there are none."""
         return self.row_of(self.metrics[0].name) if self.metrics else self.record_rows
 
+    @property
+    def interval_row(self) -> int:
+        """Row of a record that holds the start of the interval to move over; -1 where none is taken."""
+        return int(self.rows[INTERVAL_ROWS[0]]) if self.takes_interval else -1
+
     def row_of(self, name: str) -> int:
         """Row of a record that holds a parameter or a metric."""
         return int(self.rows.__members__.get(own_row(name)) or self.rows[name.upper()])
@@ -265,9 +271,14 @@ class Declaration:
         return self.parameter(signal.relative_to) if signal.relative_to else None
 
     @property
-    def full_turn(self) -> Window:
-        """The window that is the full turn."""
-        return next(window for window in self.windows if window.kind == "turn")
+    def whole_motion(self) -> Window:
+        """The full turn, or the range of input angles to which a mechanism is limited."""
+        return next(window for window in self.windows if window.is_whole)
+
+    @property
+    def limits(self) -> Window | None:
+        """The range of input angles to which a mechanism is limited; None where it turns fully."""
+        return None if self.whole_motion.kind == "turn" else self.whole_motion
 
     def window(self, name: str) -> Window:
         """The window of that name."""

@@ -128,8 +128,8 @@ class Mechanism(Declaration):
             points=points,
             parameters=(*self.parameters, *point_parameters(link, points)),
             signals=(*self.signals, *point_signals(link, points)),
-            zero_mean=self.zero_mean | zero_means(points, self.full_turn.name),
-            formulas=tuple(include_points(formula, points, self.full_turn.name) for formula in self.formulas),
+            zero_mean=self.zero_mean | zero_means(points, self.whole_motion.name),
+            formulas=tuple(include_points(formula, points, self.whole_motion.name) for formula in self.formulas),
             drawing=draw_points(self.drawing, link, points) if self.drawing else None,
             panels=(*self.declared_panels, *point_panels(points)),
             extended=self.extended.with_points(points) if self.extended else None,
@@ -150,7 +150,7 @@ class Mechanism(Declaration):
             parameters=(*self.parameters, *kind.parameters),
             formulas=(*self.formulas, *kind.formulas(target)),
             default_metrics={window: (*names, *kind.defaults) for window, names in self.default_metrics.items()},
-            default_window=self.full_turn.name,
+            default_window=self.whole_motion.name,
             objectives=kind.objectives,
             extended=self.extended.with_target(target) if self.extended else None,
         )
@@ -164,7 +164,7 @@ class Mechanism(Declaration):
         """Evaluate the closed form for `kernel_parameters` (p, n), in declared units.
 
         The result has constants if they are to be kept. A mechanism that takes an interval is to move over that, in
-        place of the turn.
+        place of its whole motion.
         """
         return self._close(parameters, interval, keeps_constants=self.keeps_constants or self.takes_interval)
 
@@ -175,6 +175,7 @@ class Mechanism(Declaration):
     def _close(self, parameters: FloatArray, interval: Window | None, *, keeps_constants: bool) -> ClosedFormResult:
         from explore.base.lanes.designs import close_all  # imports Numba, needed only here
 
+        interval = interval or self.limits
         if interval is not None:
             ends = [math.radians(interval.start), math.radians(interval.length)]
             parameters = np.vstack([parameters, np.repeat(np.array(ends)[:, None], parameters.shape[1], axis=1)])

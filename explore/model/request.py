@@ -97,7 +97,7 @@ class Request:
     def interval(self) -> Window | None:
         """The explicit interval that all statistics are over; None where there are others, or none."""
         windows = {metric.window for metric in self.sampled}
-        return self.window if windows == {self.window} and self.window.kind == "interval" else None
+        return self.window if windows == {self.window} and self.window.name == "interval" else None
 
     @cached_property
     def needs_stroke(self) -> bool:

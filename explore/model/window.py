@@ -15,13 +15,14 @@ class Window:
         Name in study files and at the end of names of metrics, and description.
     kind
         The full turn; the arc from one mark to another; the stroke that the drive names, or the other one; the part of
-        the drive stroke that drives the output through one-way clutches; an explicit interval.
+        the drive stroke that drives the output through one-way clutches; an interval, explicit or, with a name of its
+        own, the range of input angles to which a mechanism is limited.
     ends
         Marks between which an arc lies.
     needs_stroke
         Whether the window exists only where the output rocks.
     start, stop
-        First and last input angle of an explicit interval, deg, exact; the first is less than a turn from 0.
+        First and last input angle of an interval, deg, exact; the first is less than a turn from 0.
     """
 
     name: str
@@ -33,6 +34,11 @@ class Window:
     stop: Fraction = Fraction(0)
 
     @property
+    def is_whole(self) -> bool:
+        """Whether it is all of the motion: the full turn, or the range of a limited mechanism."""
+        return self.kind == "turn" or (self.kind == "interval" and self.name != "interval")
+
+    @property
     def length(self) -> Fraction:
-        """Length of an explicit interval, deg, exact."""
+        """Length of an interval, deg, exact."""
         return self.stop - self.start

@@ -22,29 +22,77 @@ from explore.studies.request.names import make_window
 from explore.studies.request.parameters import read_value
 from explore.studies.request.requests import make_request
 
+#: A turn of the input, deg.
+_TURN = 360.0
+#: Words for the whole motion of a limited mechanism, and of others.
+_WHOLE = ("motion over its range", "full turn")
 #: Least span of a motion over given angles, deg: one angle has none.
 _LEAST_SPAN = 1e-9
 
 
 def motion_interval(mechanism: Mechanism, columns: Arrays, input_angle: FloatArray | None) -> Window | None:
-    """None for a design that makes a full turn, else the interval of the given angles; `MotionError` without motion."""
-    request = make_request(mechanism, metrics=[mechanism.any_metric], window=mechanism.full_turn.name)
+    """None for a design that has its whole motion, else the interval of the given angles, deg, if any are given.
+
+    A `MotionError` says that there is no motion at the angles.
+    """
+    limits = mechanism.limits
+    whole = (float(limits.start), float(limits.stop)) if limits else (0.0, _TURN)
+    least, greatest = whole if input_angle is None else (float(input_angle.min()), float(input_angle.max()))
+    if limits and not whole[0] <= least <= greatest <= whole[1]:
+        outside = least if least < whole[0] else greatest
+        raise MotionError(f"{outside:g} deg is outside the range of the crank, {whole[0]:g} to {whole[1]:g} deg")
+    sentence = _whole_motion_lacks(mechanism, columns)
+    if sentence is None:
+        return None
+    if greatest - least >= whole[1] - whole[0]:
+        raise MotionError(f"no {_WHOLE[limits is None]} to simulate: {sentence}")
+    interval = _interval(mechanism, least, greatest)
+    if _moves_over(mechanism, columns, interval):
+        return interval
+    place = f"from {least:g} to {greatest:g} deg" if greatest > least else f"at {least:g} deg"
+    raise MotionError(f"no motion {place}: {sentence}")
+
+
+def whole_motion_angles(mechanism: Mechanism, count: int) -> FloatArray:
+    """Evenly spaced input angles, deg: those of the turn from 0, or from end to end of a range."""
+    if mechanism.limits:
+        ends = float(mechanism.limits.start), float(mechanism.limits.stop)
+        return np.asarray(np.linspace(*ends, max(count, 0)), dtype=np.float64)
+    return np.asarray(np.arange(count) * (_TURN / max(count, 1)), dtype=np.float64)
+
+
+def motion_span(mechanism: Mechanism, columns: Arrays, interval: Window | None) -> tuple[float, float]:
+    """First and last input angle, deg, of the whole motion of a design, or of an interval where it lacks the whole."""
+    whole = mechanism.limits
+    if interval and _whole_motion_lacks(mechanism, columns) is not None:
+        whole = interval
+    return (float(whole.start), float(whole.stop)) if whole else (0.0, _TURN)
+
+
+def _whole_motion_lacks(mechanism: Mechanism, columns: Arrays) -> str | None:
+    """Why a design lacks its whole motion, as a sentence; None if it has it.
+
+    A `MotionError` says that it has no motion over any interval either.
+    """
+    request = make_request(mechanism, metrics=[mechanism.any_metric], window=mechanism.whole_motion.name)
     status = int(evaluate_columns(request, columns).columns["status"][0])
     if status == Status.NOT_FINITE:
         _refuse_unusable(mechanism, columns)
     # Whether the motion exists is asked, not whether the statistic of a mechanism without closed forms is exact enough.
     if status in (Status.OK, Status.TOLERANCE_NOT_MET):
         return None
-    lacks_turn = status in mechanism.statuses and mechanism.statuses[status].lacks_turn
     sentence = mechanism.status_sentences[mechanism.status_labels[status]]
-    least, greatest = (0.0, 360.0) if input_angle is None else (float(input_angle.min()), float(input_angle.max()))
-    if greatest - least >= 360.0 or not (lacks_turn and mechanism.takes_interval):
-        raise MotionError(f"no full turn to simulate: {sentence}")
-    interval = make_window(mechanism, {"from": least, "to": max(greatest, least + _LEAST_SPAN)})
-    if _moves_over(mechanism, columns, interval):
-        return interval
-    place = f"from {least:g} to {greatest:g} deg" if greatest > least else f"at {least:g} deg"
-    raise MotionError(f"no motion {place}: {sentence}")
+    if status in mechanism.statuses and mechanism.statuses[status].lacks_turn and mechanism.takes_interval:
+        return sentence
+    raise MotionError(f"no {_WHOLE[mechanism.limits is None]} to simulate: {sentence}")
+
+
+def _interval(mechanism: Mechanism, least: float, greatest: float) -> Window:
+    """The interval of given input angles, deg, within the range of a limited mechanism."""
+    ends = {"from": least, "to": max(greatest, least + _LEAST_SPAN)}
+    if mechanism.limits and ends["to"] > mechanism.limits.stop:
+        ends = {"from": greatest - _LEAST_SPAN, "to": greatest}
+    return make_window(mechanism, ends)
 
 
 def _refuse_unusable(mechanism: Mechanism, columns: Arrays) -> None:

@@ -23,7 +23,7 @@ from explore.results.ranking.rankings import RankRequest, rank_source
 from explore.results.ranking.reasons import warning_of_nothing
 from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
-from explore.running.motions import motion_interval, motion_signals
+from explore.running.motions import motion_interval, motion_signals, whole_motion_angles
 from explore.running.runs import Keep, run_study
 from explore.running.workers import find_workers, report_counts
 from explore.studies.request.names import find_mechanism
@@ -222,8 +222,9 @@ def simulate(
     target
         The target of the design's study: it adds the parameters of the pose, which do not change the signals.
     angles
-        Input angles in degrees, or the number of evenly spaced ones from 0. A `Linkage` whose crank does not turn
-        fully has a motion at angles from the least to the greatest of which it assembles.
+        Input angles in degrees, or the number of evenly spaced ones from 0, or over the range of a crank that has one.
+        A `Linkage` whose crank does not turn fully has a motion at angles from the least to the greatest of which it
+        assembles.
     method
         The exact closed form, or a method to see its errors, such as "newton", "rk45" or "rk45(rtol=0.001)", for a
         crank-rocker, a slider-crank or a variable crank; ``explore precision`` compares them.
@@ -255,9 +256,7 @@ def simulate(
     if len(columns[next(iter(columns))]) != 1:
         raise RequestError("simulate takes one design; evaluate takes many")
     count = int(angles) if isinstance(angles, (int, np.integer)) and not isinstance(angles, bool) else None
-    input_angle: npt.NDArray[np.float64] = np.asarray(
-        angles if count is None else np.arange(count) * (360.0 / max(count, 1)), dtype=np.float64
-    )
+    input_angle = np.asarray(angles, dtype=np.float64) if count is None else whole_motion_angles(declared, count)
     if input_angle.ndim != 1 or len(input_angle) == 0 or not np.isfinite(input_angle).all():
         raise RequestError("angles must be a positive number of angles or a list of finite angles in degrees")
     interval = motion_interval(declared, columns, None if count is not None else input_angle)

@@ -64,7 +64,7 @@ def _subjects(subject: Subject, draw: Draw | None) -> Iterator[Subject]:
 
 def _moving(subject: Subject, signal: Signal) -> list[int]:
     """Numbers of the designs that have the signal over a turn."""
-    turn = subject.mechanism.full_turn.name
+    turn = subject.mechanism.whole_motion.name
     result = subject.evaluate([f"{signal.name}_max_{turn}"], turn, subject.mechanism.default_drive)
     return [int(design) for design in np.flatnonzero(np.isin(result["status"], COMPUTED))]
 

@@ -28,6 +28,12 @@ COMPUTED = (Status.OK, Status.TOLERANCE_NOT_MET)
 WindowArgument = str | Mapping[str, float]
 
 
+def _parts_of(limits: Window) -> tuple[tuple[float, float], ...]:
+    """Intervals that are tried, deg, of a range of input angles."""
+    start, length = float(limits.start), float(limits.length)
+    return (start, start + 0.3 * length), (start + 0.25 * length, start + 0.75 * length)
+
+
 @dataclass(frozen=True)
 class Subject:
     """A mechanism and designs of it: parameters by name, each (n,)."""
@@ -60,7 +66,8 @@ class Subject:
             for drive in (is_default and mechanism.drives) or (mechanism.default_drive,):
                 yield window.name, drive
         if mechanism.named_windows != mechanism.windows:
-            for start, stop in _INTERVALS:
+            limits = self.mechanism.limits
+            for start, stop in _parts_of(limits) if limits else _INTERVALS:
                 yield {"from": start, "to": stop}, mechanism.default_drive
 
     @cached_property
@@ -102,7 +109,7 @@ class Subject:
         for metric in self.mechanism.metrics:
             name = metric.closed_form_of
             if metric.worst_of:
-                name = f"{metric.worst_of}_min_{self.mechanism.full_turn.name}"
+                name = f"{metric.worst_of}_min_{self.mechanism.whole_motion.name}"
             statistic = find_metric(self.mechanism, name, declared) if name else None
             if isinstance(statistic, SampledMetric) and statistic.window == declared and statistic.signal in signals:
                 yield metric.name, replace(statistic, statistic="worst") if metric.worst_of else statistic
@@ -134,8 +141,9 @@ class Subject:
         """First and last input angle of a window of one design, deg; None where it has no such window."""
         if not isinstance(window, str):
             return window["from"], window["to"]
-        if window == self.mechanism.full_turn.name:
-            return 0.0, 360.0
+        if window == self.mechanism.whole_motion.name:
+            limits = self.mechanism.limits
+            return (float(limits.start), float(limits.stop)) if limits else (0.0, 360.0)
         return window_limits(self.mechanism, self._one(design), window, drive)
 
     def motion(self, design: int, input_angle: FloatArray) -> FloatArray:

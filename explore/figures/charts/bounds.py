@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Literal, cast
 from explore.base.errors import RequestError, ResultsError
 from explore.base.suggest import format_value
 from explore.figures.charts.style import RED
-from explore.figures.charts.turn import TURN, spans_in_turn
+from explore.figures.charts.turn import TURN, Span
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, DerivedMetric, FloatArray, Metric, SampledMetric
+from explore.model.window import Window
 from explore.results.store.results import Results
 from explore.studies.request.names import find_metric, make_window
 
@@ -37,7 +38,7 @@ class SignalBound:
     signal: str
     side: Side
     value: float
-    span: tuple[float, float] = TURN
+    span: tuple[float, float] = TURN.ends
     stroke: str = ""
 
 
@@ -50,6 +51,14 @@ def drive_of(results: Results, mechanism: Mechanism) -> str:
         name = format_value(results.drive)
         raise ResultsError(f"{results.path} is damaged: a {mechanism.name} has no drive stroke {name}")
     return results.drive if mechanism.drives else ""
+
+
+def interval_of(results: Results, mechanism: Mechanism) -> Window | None:
+    """The interval that is the window of a study; None where it has another."""
+    if not isinstance(results.window, Mapping):
+        return None
+    window = make_window(mechanism, results.window)
+    return None if window.is_whole else window
 
 
 def uses_drive_stroke(results: Results, mechanism: Mechanism) -> bool:
@@ -109,7 +118,7 @@ def _bounds_of_metric(
 
 def _bounds_of_extreme(metric: SampledMetric, sides: Mapping[Side, float | None]) -> Iterator[SignalBound]:
     """The bounds that hold for a whole curve: a lower one on its minimum, an upper one on its maximum."""
-    window, span = metric.window, TURN
+    window, span = metric.window, TURN.ends
     if window.name == "interval":  # may begin at any input angle, but is drawn in the turn that begins at 0
         start = float(window.start % 360)
         span = (start, start + float(window.length))
@@ -134,7 +143,7 @@ def draw_bounds(
 
 
 def _draw_bound(panel: Axes, angle: FloatArray, values: FloatArray, bound: SignalBound, scale: float) -> None:
-    parts = spans_in_turn(bound.span)
+    parts = Span(float(angle[0]), float(angle[-1])).parts(bound.span)
     if not parts:
         return
     limit = bound.value * scale

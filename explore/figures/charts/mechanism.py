@@ -37,8 +37,8 @@ _PROFILES = (GREEN, BLUE)
 def mechanism_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
     """Draw the mechanism of one design in true proportions.
 
-    Its limit positions, the paths of its points, and the drive stroke where the study uses it; without limit
-    positions the mechanism at input angle 0.
+    Its limit positions, or those at the ends of a crank that does not turn fully, the paths of its points, and the
+    drive stroke where the study uses it; without limit positions the mechanism at input angle 0.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def draw_mechanism(panel: Axes, simulated: SimulatedDesign) -> None:
     size = 0.035 * max(np.ptp(np.vstack(list(points.values())), axis=0))
     _draw_positions(panel, simulated, drawing)
     for profile, colour in zip(drawing.profiles, _PROFILES, strict=False):
-        curve = profile_curve(turn, simulated.pose([0.0]), profile, drawing)
+        curve = profile_curve(turn, simulated.pose([simulated.span.first]), profile, drawing)
         panel.plot(*curve.T, color=colour, lw=2.2, label=profile.name)
     draw_ground(panel, drawing, points, size)
     if (followed := simulated.path) is not None:
@@ -121,7 +121,7 @@ def profile_curve(turn: Pose, now: Pose, profile: Profile, drawing: Drawing) -> 
 def _draw_positions(panel: Axes, simulated: SimulatedDesign, drawing: Drawing) -> None:
     """Draw the links at the limit positions, or without any at input angle 0."""
     limits = simulated.limits
-    names = {name: f"{name} position, {simulated.mechanism.input_angle} {angle % 360.0:.1f}°"
+    names = {name: f"{name} position, {simulated.mechanism.input_angle} {simulated.span.shown(angle):.1f}°"
              for name, angle in limits.items()} or {"": f"{simulated.mechanism.input_angle} 0.0°"}  # fmt: skip
     points = simulated.pose(list(limits.values()) or [0.0]).points(drawing)
     for k, (label, (colour, style, mark)) in enumerate(zip(names.values(), _POSITIONS, strict=False)):

@@ -8,7 +8,7 @@ import numpy as np
 
 from explore.figures.charts.bounds import draw_bounds
 from explore.figures.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, new_figure, write_heading
-from explore.figures.charts.turn import label_marks, set_turn_axis, spans_in_turn
+from explore.figures.charts.turn import TURN, label_marks, set_turn_axis
 from explore.figures.simulation import SimulatedDesign, simulate_design
 from explore.model.drawing import Panel
 from explore.model.output_slider import TRAVEL_PANEL, OutputSlider
@@ -52,7 +52,7 @@ def motion_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure
     Raises
     ------
     MotionError
-        If the design has no motion over a full turn.
+        If the design has no motion over a full turn, the range of its crank, or the interval of the study.
     RequestError
         If no number is given and no design is feasible.
     ResultsError
@@ -69,8 +69,8 @@ def motion_figure(simulated: SimulatedDesign) -> Figure:
     axes = figure.subplots(rows, 2, sharex=True, squeeze=False)
     for chart, panel, colour in zip(axes.ravel(), panels, _SINGLE * len(panels), strict=False):
         draw_panel(chart, simulated, panel, colour)
-        set_turn_axis(chart, simulated.drive, simulated.marks)
-    label_marks(axes[0][: len(panels)], simulated.limits or simulated.marks)
+        set_turn_axis(chart, simulated.drive, simulated.marks, simulated.span)
+    label_marks(axes[0][: len(panels)], simulated.limits or simulated.marks, simulated.span)
     for chart in axes.ravel()[len(panels) :]:
         chart.remove()
     for chart in axes.ravel()[max(0, len(panels) - 2) : len(panels)]:
@@ -133,7 +133,7 @@ def draw_panel(chart: Axes, simulated: SimulatedDesign, panel: Panel, colour: st
 
 def shade_dwell(chart: Axes, slider: OutputSlider) -> None:
     """Shade the input angles of a dwell."""
-    for number, (start, stop) in enumerate(spans_in_turn(slider.dwell)):
+    for number, (start, stop) in enumerate(TURN.parts(slider.dwell)):
         label = f"dwell, {slider.dwell[1] - slider.dwell[0]:.4g}°" if number == 0 else None
         chart.axvspan(start, stop, color=GREEN, alpha=0.2, lw=0, zorder=0, label=label)
 

@@ -1,4 +1,4 @@
-"""An animation as one SVG without scripts: SMIL, one turn after the other."""
+"""An animation as one SVG without scripts: SMIL, one turn after the other, or to and fro."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -18,7 +18,8 @@ _POSITIONS = 180
 
 def write_animated_svg(simulated: SimulatedDesign, path: Path) -> None:
     """Write an animation."""
-    movement = move(simulated, np.linspace(0.0, 360.0, _POSITIONS + 1))
+    angles = simulated.span.once(_POSITIONS)
+    movement = move(simulated, np.append(angles, simulated.span.first + (360.0 if simulated.span.is_turn else 0.0)))
     still = [element(shape, movement.height) for shape in movement.still if shape.layer == "paths"]
     frame = [(shape.layer, element(shape, movement.height)) for shape in movement.still if shape.layer != "paths"]
     parts = [

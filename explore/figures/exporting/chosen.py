@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from explore.base.errors import MotionError
-from explore.figures.charts.turn import turn_angles
+from explore.figures.charts.turn import Span
 from explore.figures.simulation import SimulatedDesign, simulate_design
 from explore.model.points import COORDINATES, coordinates
 from explore.model.status import Status
 from explore.results.queries import choose_design
 from explore.results.store.results import Results
 from explore.results.store.study_units import given_units
-from explore.running.motions import mark_angles
+from explore.running.motions import mark_angles, motion_span
 from explore.running.public import simulate
 from explore.studies.config.linkage import Linkage, mechanism_source
 from explore.studies.config.study import Study
@@ -119,13 +119,14 @@ class DesignOfParameters:
         declared = find_mechanism(self.mechanism, self.points)
         values = {p.name: self.parameters.get(p.name, p.default) for p in declared.parameters}
         parameters = {name: value for name, value in values.items() if value is not None}
-        angles = turn_angles(float(np.rad2deg(declared.anchor_angle)))
-        motion = simulate(declared.name, parameters, points=coordinates(self.points, parameters), angles=angles)
         columns = {name: np.array([value]) for name, value in parameters.items()}
+        span = Span(*motion_span(declared, columns, None))
+        angles = span.densely(float(np.rad2deg(declared.anchor_angle)))
+        motion = simulate(declared.name, parameters, points=coordinates(self.points, parameters), angles=angles)
         units = {p.name: "" if p.unit == "1" else p.unit for p in declared.parameters}
         given = ", ".join(f"{name} {value:.6g} {units[name]}".rstrip() for name, value in self.parameters.items())
         return SimulatedDesign(
-            declared, parameters, motion, f"{declared.name}: {given}", marks=mark_angles(declared, columns)
+            declared, parameters, motion, f"{declared.name}: {given}", marks=mark_angles(declared, columns), span=span
         )
 
     @property

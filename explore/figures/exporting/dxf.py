@@ -27,8 +27,10 @@ _LOOKS = {
 }
 #: Pattern of the linetype with two dots of extreme positions (ISO 128): dash, gaps and dots, in heights of text.
 _DIVIDE = (4.0, -0.7, 0.0, -0.7, 0.0, -0.7)
-#: Bits of a spline: closed, planar.
-_CLOSED_PLANE = 1 | 8
+#: Bit of a spline that is closed.
+_CLOSED = 1
+#: Bit of a planar spline.
+_PLANE = 8
 
 
 def write_dxf(sheet: Sheet, path: Path) -> None:
@@ -76,7 +78,7 @@ def _add(space: Modelspace, shape: Shape, height: float) -> None:
     elif isinstance(shape, Arc):
         space.add_arc(shape.centre, shape.radius, shape.start % 360.0, shape.stop % 360.0, dxfattribs=look)
     elif isinstance(shape, Spline):
-        spline = space.add_spline(dxfattribs={**look, "flags": _CLOSED_PLANE})
+        spline = space.add_spline(dxfattribs={**look, "flags": _PLANE | (_CLOSED if shape.is_closed else 0)})
         spline.knots = shape.knots
         spline.control_points = np.column_stack([shape.controls, np.zeros(len(shape.controls))])
     elif isinstance(shape, Text):

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image as Picture
     from PIL.ImageDraw import ImageDraw
 
-#: Number of positions of a turn, one picture each.
+#: Number of positions of a turn, or of a way to and fro, one picture each.
 POSITIONS = 100
 #: Larger side of a picture, px.
 _SIDE = 640
@@ -36,7 +36,7 @@ _BODY = "#009e73"
 
 
 def write_gif(simulated: SimulatedDesign, path: Path) -> None:
-    """Write an animation of one turn that begins again for ever."""
+    """Write an animation of one turn, or one way to and fro, that begins again for ever."""
     from PIL import Image
 
     pictures = list(_pictures(simulated))
@@ -58,7 +58,7 @@ def has_ffmpeg() -> bool:
 
 
 def write_mp4(simulated: SimulatedDesign, path: Path) -> None:
-    """Write a film of one turn; `ResultsError` if ffmpeg fails."""
+    """Write a film of the same; `ResultsError` if ffmpeg fails."""
     pictures = list(_pictures(simulated))
     width, height = pictures[0].size
     command = [
@@ -74,10 +74,10 @@ def write_mp4(simulated: SimulatedDesign, path: Path) -> None:
 
 
 def _pictures(simulated: SimulatedDesign) -> Iterator[Picture]:
-    """A picture for each position of a turn, the last before the turn is full."""
+    """A picture for each position of a turn or a way to and fro, the last before it begins again."""
     from PIL import Image, ImageDraw
 
-    movement = move(simulated, np.linspace(0.0, 360.0, POSITIONS, endpoint=False))
+    movement = move(simulated, simulated.span.once(POSITIONS))
     paper = _Paper(movement)
     ground = Image.new("RGB", paper.size, "white")
     paper.draw_still(ImageDraw.Draw(ground), movement)

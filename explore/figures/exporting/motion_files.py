@@ -1,4 +1,4 @@
-"""The motion of a design as CSV, HDF5 and MATLAB files: signals and points over a turn, with their units."""
+"""The motion of a design as CSV, HDF5 and MATLAB files: signals and points, with their units."""
 
 import csv
 import re
@@ -16,7 +16,7 @@ from explore.model.points import coordinates
 from explore.model.quantities import FloatArray, Parameter, Signal
 from explore.running.public import simulate
 
-#: Number of rows of a motion, evenly spaced input angles of a turn from 0.
+#: Number of rows of a motion: evenly spaced input angles of a turn from 0, or of a part of it with both ends.
 ROWS = 360
 #: Longest name of a field in a MATLAB file of version 5.
 _LONGEST_NAME = 63
@@ -24,7 +24,7 @@ _LONGEST_NAME = 63
 
 @dataclass(frozen=True)
 class Motion:
-    """The motion of a design over a turn: the input angle and the signals by name, and points of the drawing, mm.
+    """The motion of a design: the input angle and the signals by name, and points of the drawing, mm.
 
     The parameters of the design have defaults too.
     """
@@ -42,7 +42,8 @@ def motion_of(simulated: SimulatedDesign) -> Motion:
     """The motion of a design at `ROWS` input angles."""
     mechanism, parameters = simulated.mechanism, dict(simulated.parameters)
     points = coordinates(mechanism.points, parameters)
-    frame = simulate(mechanism.name, parameters, points=points, target=mechanism.target, angles=ROWS)
+    angles = ROWS if simulated.span.is_turn else simulated.span.evenly(ROWS)
+    frame = simulate(mechanism.name, parameters, points=points, target=mechanism.target, angles=angles)
     angle = frame.index.to_numpy()
     columns = {str(name): frame[name].to_numpy() for name in frame}
     described: list[Parameter | Signal] = [p for p in mechanism.parameters if p.name in parameters]

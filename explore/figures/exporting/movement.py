@@ -1,4 +1,4 @@
-"""What moves in a drawing, at input angles over a turn: links, joints, sliders and bodies."""
+"""What moves in a drawing, at input angles of its motion: links, joints, sliders and bodies."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from explore.figures.exporting.sheet import body_angle, body_curve, drawing_of, 
 from explore.figures.simulation import SimulatedDesign
 from explore.model.quantities import FloatArray
 
-#: Duration of a turn, s.
+#: Duration of a turn, or of a way to and fro, s.
 DURATION = 4.0
 
 
@@ -26,7 +26,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Movement:
-    """A mechanism over a turn; all symbols are scaled by the height of text, mm.
+    """A mechanism in its motion; all symbols are scaled by the height of text, mm.
 
     `still` does not move. Of each link the points, (t, n, 2), of each slider the corners of its block, (t, 4, 2), of
     each joint that moves its place, (t, 2), and bodies with a curve.

@@ -52,10 +52,10 @@ class Arc:
 
 @dataclass(frozen=True)
 class Spline:
-    """A closed cubic B-spline of the curve `name`.
+    """A cubic B-spline of the curve `name`.
 
-    The first and the last knot stand four times, the first control point equals the last; the deviation from the exact
-    curve is the largest that was measured between the points that it interpolates.
+    The first and the last knot stand four times. Of a closed curve the first control point equals the last. The
+    deviation from the exact curve is the largest that was measured between the points that it interpolates.
     """
 
     layer: str
@@ -64,10 +64,16 @@ class Spline:
     controls: FloatArray
     deviation: float
 
+    @property
+    def is_closed(self) -> bool:
+        """Whether the curve ends where it begins."""
+        return bool((self.controls[0] == self.controls[-1]).all())
+
     def moved(self, degrees: float, centre: FloatArray) -> Spline:
         """The curve turned about the origin, then shifted by the vector `centre`."""
         controls = self.controls @ rotation(degrees).T + centre
-        controls[-1] = controls[0]  # to the last bit, so that the curve stays closed
+        if self.is_closed:
+            controls[-1] = controls[0]  # to the last bit, so that the curve stays closed
         return replace(self, controls=controls)
 
     def bezier_pieces(self) -> FloatArray:
@@ -79,7 +85,7 @@ class Spline:
         return np.stack(pieces, axis=-1)
 
     def points(self, n_per_piece: int = 4) -> FloatArray:
-        """Points of the curve, shape (n, 2), the first also the last."""
+        """Points of the curve, shape (n, 2), both ends included."""
         from scipy.interpolate import BSpline
 
         breaks = np.unique(self.knots)

@@ -20,7 +20,7 @@ from explore.figures.exporting.shapes import (
     Text,
     bounds,
 )
-from explore.figures.exporting.splines import fit_closed_curve
+from explore.figures.exporting.splines import fit_curve
 from explore.figures.exporting.texts import overlap, text_box
 from explore.figures.exporting.tracks import breaks_of, track_of
 from explore.figures.simulation import SimulatedDesign
@@ -73,6 +73,8 @@ def shown_angle(simulated: SimulatedDesign) -> float:
     if len(simulated.limits) != 2:
         return _ANGLE if drawing.links else 0.0
     first, second = simulated.limits.values()
+    if not simulated.span.is_turn:
+        return 0.5 * (first + second)
     middle = first + 0.5 * ((second - first) % 360.0)
     middles = [middle % 360.0, (middle + 180.0) % 360.0]
     heights = np.sum([place[:, 1] for place in simulated.pose(middles).points(drawing).values()], axis=0)
@@ -106,7 +108,7 @@ def body_curve(simulated: SimulatedDesign, profile: Profile) -> Spline:
     def curve(angles: FloatArray) -> FloatArray:
         return simulated.pose(angles.tolist()).sum(profile.vectors)
 
-    return fit_closed_curve(curve, breaks_of(simulated), "profiles", profile.name)
+    return fit_curve(curve, simulated.span, breaks_of(simulated), "profiles", profile.name)
 
 
 def body_angle(profile: Profile, pose: Pose) -> FloatArray:
@@ -178,7 +180,7 @@ def _notes(simulated: SimulatedDesign, angle: float, shapes: list[Shape], height
     low, _ = bounds(shapes, height)
     mechanism = simulated.mechanism
     about = ["scale 1:1, lengths in mm", f"drawn at {mechanism.input_angle} {angle:.6g} deg"]
-    about += [f"{name} position at {mechanism.input_angle} {at % 360.0:.6g} deg" for name, at in
+    about += [f"{name} position at {mechanism.input_angle} {simulated.span.shown(at):.6g} deg" for name, at in
               simulated.limits.items()]  # fmt: skip
     if simulated.slider is not None:
         first, last = (angle % 360.0 for angle in simulated.slider.dwell)

@@ -1,4 +1,4 @@
-"""Closed cubic splines through points of an exact curve, with as many points as a deviation needs."""
+"""Cubic splines through points of an exact curve, with as many points as a deviation needs."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from explore.figures.charts.turn import Span
 from explore.figures.exporting.shapes import Spline
 from explore.model.quantities import FloatArray
 
@@ -32,19 +33,32 @@ _STEP = 1e-3
 _PLACES = np.array([0.25, 0.5, 0.75])
 
 
-def fit_closed_curve(
-    curve: Callable[[FloatArray], FloatArray], breaks: Sequence[float], layer: str, name: str
+def fit_curve(
+    curve: Callable[[FloatArray], FloatArray], span: Span, breaks: Sequence[float], layer: str, name: str
 ) -> Spline:
-    """A closed spline of a curve, a function from angles, deg, to points, (t, 2).
+    """A spline of a curve, a function from angles, deg, to points, (t, 2); over a turn it is closed.
 
     Its first derivative by the angle is continuous, its second but at the breaks, where the curve's law changes, or
-    where there are none at 0.
+    where there are none at 0. A part of a turn has no breaks.
     """
+    if not span.is_turn:
+        return _fit_parts(curve, [span.evenly(_FIRST_INTERVALS + 1)], None, layer, name)
     joints = np.unique(np.mod(breaks, 360.0)) if len(breaks) else np.zeros(1)
     ends = np.append(joints, joints[0] + 360.0)
     slopes = (curve(joints + _STEP) - curve(joints - _STEP)) / (2.0 * _STEP)
     counts = np.maximum(np.rint(np.diff(ends) / 360.0 * _FIRST_INTERVALS).astype(int), _LEAST_INTERVALS)
     spans = [np.linspace(*pair, count + 1) for pair, count in zip(_pairs(ends), counts, strict=True)]
+    return _fit_parts(curve, spans, slopes, layer, name)
+
+
+def _fit_parts(
+    curve: Callable[[FloatArray], FloatArray],
+    spans: list[FloatArray],
+    slopes: FloatArray | None,
+    layer: str,
+    name: str,
+) -> Spline:
+    """The spline of spans of angles that follow one another, with more angles where they are too few."""
     for _ in range(_ROUNDS):
         parts = _interpolate(curve, spans, slopes)
         deviations = [_deviations(curve, part, span) for part, span in zip(parts, spans, strict=True)]
@@ -53,7 +67,10 @@ def fit_closed_curve(
         if max(deviation.max() for deviation in deviations) <= limit:
             break
         spans = [_halved(span, deviation > limit) for span, deviation in zip(spans, deviations, strict=True)]
-    return Spline(layer, name, *_joined(parts), max(float(deviation.max()) for deviation in deviations))
+    knots, controls = _joined(parts)
+    if slopes is not None:
+        controls[-1] = controls[0]  # to the last bit, so that the curve is closed
+    return Spline(layer, name, knots, controls, max(float(deviation.max()) for deviation in deviations))
 
 
 def _pairs(ends: FloatArray) -> list[tuple[float, float]]:
@@ -61,11 +78,16 @@ def _pairs(ends: FloatArray) -> list[tuple[float, float]]:
 
 
 def _interpolate(
-    curve: Callable[[FloatArray], FloatArray], spans: Sequence[FloatArray], slopes: FloatArray
+    curve: Callable[[FloatArray], FloatArray], spans: Sequence[FloatArray], slopes: FloatArray | None
 ) -> list[BSpline]:
-    """The spline of each span through the points at its angles, with slopes, shape (s, 2), where spans begin."""
+    """The spline of each span through the points at its angles, with slopes, shape (s, 2), where spans begin.
+
+    Without slopes the curve is open, and its ends follow from the points beside them.
+    """
     from scipy.interpolate import make_interp_spline
 
+    if slopes is None:
+        return [make_interp_spline(span, curve(span), 3) for span in spans]
     parts = []
     starts = [curve(span[:1])[0] for span in spans]
     for k, span in enumerate(spans):

@@ -114,8 +114,8 @@ def path_data(shape: Polyline | Arc | Spline) -> str:
         first, last = shape.ends
         radius, is_large = number(shape.radius), int(shape.stop - shape.start > 180.0)
         return f"M{at(first)} A{radius},{radius} 0 {is_large} 0 {at(last)}"
-    pieces = shape.bezier_pieces()
-    return f"M{at(pieces[0, 0])} " + " ".join("C" + " ".join(map(at, piece[1:])) for piece in pieces) + " Z"
+    pieces, end = shape.bezier_pieces(), " Z" if shape.is_closed else ""
+    return f"M{at(pieces[0, 0])} " + " ".join("C" + " ".join(map(at, piece[1:])) for piece in pieces) + end
 
 
 def _text(place: FloatArray, text: str, degrees: float = 0.0, anchor: str = "start") -> str:

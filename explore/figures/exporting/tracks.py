@@ -1,11 +1,12 @@
-"""The way of a point over a turn: a circle, an arc or a straight line where its vectors say so, a spline elsewhere."""
+"""The way of a point over the motion: a circle, an arc or a straight line by its vectors, a spline elsewhere."""
 
 from collections.abc import Callable
 
 import numpy as np
 
+from explore.figures.charts.turn import Span
 from explore.figures.exporting.shapes import Arc, Circle, Polyline, Spline, arc_points
-from explore.figures.exporting.splines import fit_closed_curve
+from explore.figures.exporting.splines import fit_curve
 from explore.figures.simulation import SimulatedDesign
 from explore.model.drawing import Vector
 from explore.model.quantities import FloatArray
@@ -21,7 +22,7 @@ _FULL = 360.0 - 1e-9
 def track_of(
     simulated: SimulatedDesign, vectors: tuple[Vector, ...], name: str
 ) -> Circle | Arc | Polyline | Spline | None:
-    """The way of a point over a turn, as the drawing declares the point; None for a point that rests.
+    """The way of a point over the motion, as the drawing declares the point; None for a point that rests.
 
     A line of two points has the smaller coordinate first.
     """
@@ -38,7 +39,7 @@ def track_of(
     def curve(angles: FloatArray) -> FloatArray:
         return simulated.pose(angles.tolist()).sum(vectors)
 
-    return fit_closed_curve(curve, breaks_of(simulated), "paths", name)
+    return fit_curve(curve, simulated.span, breaks_of(simulated), "paths", name)
 
 
 def breaks_of(simulated: SimulatedDesign) -> list[float]:
@@ -50,7 +51,7 @@ def breaks_of(simulated: SimulatedDesign) -> list[float]:
 def _arc(simulated: SimulatedDesign, vectors: tuple[Vector, ...], turning: Vector) -> Circle | Arc:
     """The way of a point that is at a constant distance from a place at rest."""
     others = tuple(vector for vector in vectors if vector is not turning)
-    centre = simulated.pose([0.0]).sum(others)[0]
+    centre = simulated.pose([simulated.span.first]).sum(others)[0]
     number = turning.length
     length = turning.factor * (simulated.parameters[number] if isinstance(number, str) else number)
     opposite = 180.0 if length < 0.0 else 0.0
@@ -58,7 +59,7 @@ def _arc(simulated: SimulatedDesign, vectors: tuple[Vector, ...], turning: Vecto
     def direction(angles: FloatArray) -> FloatArray:
         return turning.sense * simulated.pose(angles.tolist()).angle(turning.angle) + turning.turn + opposite
 
-    low, high = extremes(direction, period=360.0)
+    low, high = extremes(direction, simulated.span, period=360.0)
     if high - low > _FULL:
         return Circle("paths", centre, abs(length))
     return Arc("paths", centre, abs(length), low, high)
@@ -67,28 +68,32 @@ def _arc(simulated: SimulatedDesign, vectors: tuple[Vector, ...], turning: Vecto
 def _line(simulated: SimulatedDesign, vectors: tuple[Vector, ...], changing: Vector) -> Polyline:
     """The way of a point to and fro along a line."""
     along = arc_points(np.zeros(2), 1.0, np.array([changing.direction]))[0]
-    origin = simulated.pose([0.0]).sum(vectors)[0]
+    origin = simulated.pose([simulated.span.first]).sum(vectors)[0]
 
     def place(angles: FloatArray) -> FloatArray:
         return np.asarray((simulated.pose(angles.tolist()).sum(vectors) - origin) @ along)
 
-    return Polyline("paths", np.array([origin + value * along for value in extremes(place)]))
+    return Polyline("paths", np.array([origin + value * along for value in extremes(place, simulated.span)]))
 
 
-def extremes(values: Callable[[FloatArray], FloatArray], period: float | None = None) -> tuple[float, float]:
-    """Smallest and largest value of a function of the input angle, deg, over a turn.
+def extremes(
+    values: Callable[[FloatArray], FloatArray], span: Span, period: float | None = None
+) -> tuple[float, float]:
+    """Smallest and largest value of a function of the input angle, deg, over the angles of a motion.
 
     The period is that of angles, which then go on past it.
     """
-    grid = np.linspace(0.0, 360.0, 721)
+    grid = span.evenly(721)
     start = values(grid)
     start = start if period is None else np.unwrap(start, period=period)
     found = []
     for sign in (-1.0, 1.0):
         best = int(np.argmax(sign * start))
-        centre, value, step = grid[best], start[best], 0.5
+        centre, value, step = grid[best], start[best], grid[1] - grid[0]
         for _ in range(_ROUNDS):
             near = np.linspace(centre - step, centre + step, 2 * _REFINEMENT + 1)
+            if not span.is_turn:
+                near = np.clip(near, *span.ends)
             at = values(near)
             if period is not None:
                 at = at + period * np.round((value - at) / period)

@@ -11,7 +11,7 @@ import numpy as np
 from explore._version import __version__
 from explore.base.errors import RequestError
 from explore.base.units.shown import Scale
-from explore.figures.charts.bounds import drive_of, signal_bounds, uses_drive_stroke
+from explore.figures.charts.bounds import drive_of, interval_of, signal_bounds, uses_drive_stroke
 from explore.figures.reporting.density import count_densities
 from explore.figures.reporting.figures import DrawnFigure, draw_figures
 from explore.figures.reporting.motion import describe_motion, kernel_for, translate_functions
@@ -107,6 +107,11 @@ def collect_contents(results: Results, mechanism: Mechanism | None, command: str
     return Contents(study, packer.texts, kernel, draw_figures(results, chosen) if mechanism else ())
 
 
+def _describe_motion(results: Results, mechanism: Mechanism) -> dict[str, Any]:
+    kernel = design_kernel(results, mechanism)
+    return describe_motion(kernel, results.shown_units, interval_of(results, mechanism))
+
+
 def describe_column(column: Column, scale: Scale) -> dict[str, Any]:
     """Facts of a column that a page needs beside its values."""
     labels = _BOOLEAN_LABELS if column.name == "feasible" else column.labels
@@ -131,7 +136,7 @@ def describe_study(results: Results, mechanism: Mechanism | None, ranking: Ranki
         "version": __version__,
         "mechanism": results.mechanism,
         "summary": mechanism.summary if mechanism else "",
-        "motion": describe_motion(design_kernel(results, mechanism), results.shown_units) if mechanism else None,
+        "motion": _describe_motion(results, mechanism) if mechanism else None,
         "defaults": {p.name: p.default for p in parameters if p.default is not None},
         **_window_and_drive(results, mechanism),
         "target": _describe_target(results),

@@ -15,6 +15,7 @@ from explore.model.mechanism import Mechanism
 from explore.model.output_slider import COLUMNS, SLIDER, TRAVEL, TRAVEL_PANEL, TRAVEL_SIGNAL
 from explore.model.points import drawn_name
 from explore.model.quantities import Parameter, Signal
+from explore.model.window import Window
 from explore.results.labels import unit_text
 
 
@@ -27,8 +28,10 @@ def kernel_for(mechanism: Mechanism, given: Collection[str]) -> Mechanism:
     )
 
 
-def describe_motion(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any]:
+def describe_motion(mechanism: Mechanism, units: ShownUnits, interval: Window | None = None) -> dict[str, Any]:
     """The declaration of a mechanism, that of `kernel_for`, as far as a page needs it; can be written as JSON.
+
+    The interval is that of the study, over which designs move that lack the whole motion; None where it has none.
 
     Signals are in declared units; the factors of the panels lead to the shown ones.
     """
@@ -46,6 +49,9 @@ def describe_motion(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any]:
         "status_row": mechanism.status_row,
         "moving": list(mechanism.moving_statuses),
         "signal_rows": mechanism.signal_rows,
+        "interval_row": mechanism.interval_row,
+        "limits": _ends_of(mechanism.limits),
+        "interval": _ends_of(interval),
         "variant_row": mechanism.variant_row,
         "phases_row": mechanism.phases_row,
         "needs": int(np.bitwise_or.reduce([signal.needs for signal in filled])),
@@ -61,12 +67,17 @@ def describe_motion(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any]:
         "strokes": {name: list(mechanism.window(name).ends) for name in mechanism.strokes},
         "longer": LONGER,
         "shorter": SHORTER,
-        "limits": [end for stroke in mechanism.strokes[:1] for end in mechanism.window(stroke).ends],
+        "ends": [end for stroke in mechanism.strokes[:1] for end in mechanism.window(stroke).ends],
         "panels": [_describe_panel([mechanism.signal(name) for name in p.signals], p, units) for p in panels],
         "drawing": asdict(mechanism.drawing) if mechanism.drawing else None,
         "place": list(PLACE),
         "slider": _describe_slider(mechanism, units),
     }  # fmt: skip
+
+
+def _ends_of(interval: Window | None) -> list[float] | None:
+    """First and last input angle of an interval, deg."""
+    return [float(interval.start), float(interval.stop)] if interval else None
 
 
 def _describe_slider(mechanism: Mechanism, units: ShownUnits) -> dict[str, Any] | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import lru_cache, partial
 
+from explore.base.units.quantities import exact_quantity
 from explore.mechanisms.linkages.drawing import draw_linkage, linkage_panels
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
@@ -28,13 +29,16 @@ from explore.model.window import Window
 _VERSION = "6"
 
 _STROKES = ("forward", "backward")
+_INTERVAL = Window(
+    "interval", "an explicit interval of crank angles, { from = 0, to = 90 }", "interval", needs_stroke=False
+)
 _WINDOWS = (
     Window("cycle", "the full turn", "turn", needs_stroke=False),
     Window("drive", "the stroke that works (setting `drive`)", "drive"),
     Window("return", "the other stroke", "return"),
     Window(_STROKES[0], "from the output's least place or angle to its greatest", "arc", ("least", "greatest")),
     Window(_STROKES[1], "from the output's greatest place or angle to its least", "arc", ("greatest", "least")),
-    Window("interval", "an explicit interval of crank angles, { from = 0, to = 90 }", "interval", needs_stroke=False),
+    _INTERVAL,
 )
 SPEED = Parameter("speed", "rad/s", "constant crank velocity", default=1.0, scales_speed=True)
 
@@ -52,7 +56,7 @@ def linkage_mechanism(table: LinkageTable) -> Mechanism:
     TableError
         If the table cannot be solved; see `steps.find_steps`.
     """
-    return _specialise(table, None, needs_stroke=True)
+    return _specialise(table, None, needs_stroke=table.limits is None)
 
 
 @lru_cache(_MOST_KEPT)
@@ -83,7 +87,7 @@ class _Kernels:
     table: LinkageTable
 
     def __call__(self, names: frozenset[str], *, needs_stroke: bool) -> Mechanism:
-        return _specialise(self.table, names, needs_stroke=needs_stroke)
+        return _specialise(self.table, names, needs_stroke=needs_stroke and self.table.limits is None)
 
 
 @dataclass
@@ -128,7 +132,9 @@ def _declare(
     output, change = f"{mover}_velocity{axis}", f"{mover}_acceleration{axis}"
     rate = _rate_of(equations, output, change) if needs_stroke else ()
     kernel = make_kernel(equations, outputs, links, joints, rate, tells_reach=tells_reach)
-    formulas = declare_formulas(table, signals, mover, axis)
+    windows = (_range(*table.limits), _INTERVAL) if table.limits else _WINDOWS
+    turns = windows is _WINDOWS
+    formulas = declare_formulas(table, signals, mover, axis, windows[0].name)
     defaults = [f"{output}_rms", f"{output}_peak", f"{change}_peak"]
     if any(formula.name == "transmission_angle_min" for formula in formulas):
         defaults.insert(0, "transmission_angle_min")
@@ -137,15 +143,15 @@ def _declare(
         summary="a planar linkage that a table describes",
         parameters=(*_parameters(table), SPEED),
         signals=signals,
-        metrics=CLOSED_METRICS,
+        metrics=CLOSED_METRICS if turns else (),
         formulas=formulas,
-        windows=_WINDOWS,
-        strokes=_STROKES,
-        drives=("slow", "fast", *_STROKES),
-        marks={"least": LEAST_ROW, "greatest": GREATEST_ROW},
-        default_window="cycle",
+        windows=windows,
+        strokes=_STROKES if turns else (),
+        drives=("slow", "fast", *_STROKES) if turns else (),
+        marks={"least": LEAST_ROW, "greatest": GREATEST_ROW} if turns else {},
+        default_window=windows[0].name,
         output_signals={"": output},
-        zero_mean=_zero_means(table, signals, change),
+        zero_mean=_zero_means(table, signals, change) if turns else frozenset(),
         default_metrics={"": tuple(defaults)},
         objectives=tuple(defaults[:1] + defaults[-1:]),
         kernel_version=f"{_VERSION}-{table.digest[:16]}",
@@ -153,18 +159,27 @@ def _declare(
         n_constants=kernel.n_constants,
         keeps_constants=True,
         takes_interval=True,
-        rows=_record_rows(kernel, [each.name for each in table.parameters]),
+        rows=_record_rows(kernel, [each.name for each in table.parameters], "" if turns else "_"),
         signal_rows=len(outputs),
         close=kernel.close,
         fill=kernel.fill,
         disturbed_fill=kernel.disturbed_fill,
-        statuses=declare_statuses(joints, {factor.joint for factor in equations.factors if factor.of_lines}),
+        statuses=declare_statuses(
+            joints, {factor.joint for factor in equations.factors if factor.of_lines}, turns=turns
+        ),
         drawing=draw_linkage(table),
         panels=linkage_panels(table, signals),
         extended=extended,
         specialise=_Kernels(table),
         origin=table,
     )
+
+
+def _range(first: float, last: float) -> Window:
+    """The window of all crank angles of a driver that does not turn fully, deg."""
+    start, stop = exact_quantity(first, "deg"), exact_quantity(last, "deg")
+    words = f"the crank angles from {first:g} to {last:g} deg"
+    return Window("range", words, "interval", needs_stroke=False, start=start, stop=stop)
 
 
 def _parameters(table: LinkageTable) -> list[Parameter]:
@@ -191,9 +206,10 @@ def _slides(table: LinkageTable) -> set[str]:
     return {slide.link for slide in table.slides}
 
 
-def _record_rows(kernel: Kernel, parameters: Sequence[str]) -> type[IntEnum]:
+def _record_rows(kernel: Kernel, parameters: Sequence[str], mark: str) -> type[IntEnum]:
+    """The rows of a record; those of the closed-form metrics are marked."""
     first = kernel.n_constants + 1
-    names = [*map(own_row, parameters), *INTERVAL_ROWS, *(metric.name.upper() for metric in CLOSED_METRICS)]
+    names = [*map(own_row, parameters), *INTERVAL_ROWS, *(f"{mark}{metric.name.upper()}" for metric in CLOSED_METRICS)]
     rows = {name: row for row, name in enumerate(names, first)}
     return IntEnum("LinkageRow", {"STATUS": kernel.n_constants, **rows})  # type: ignore[return-value]  # a type
 

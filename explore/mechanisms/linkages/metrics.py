@@ -28,24 +28,30 @@ CLOSED_METRICS = (
 )
 
 
-def declare_formulas(table: LinkageTable, signals: Sequence[Signal], output: str, axis: str) -> tuple[Formula, ...]:
-    """The derived metrics; `output` is a link or a slot, or a point whose place along an axis counts."""
+def declare_formulas(
+    table: LinkageTable, signals: Sequence[Signal], output: str, axis: str, window: str
+) -> tuple[Formula, ...]:
+    """The derived metrics over the window of the whole motion.
+
+    `output` is a link or a slot, or a point whose place along an axis counts.
+    """
     names = [signal.name for signal in signals]
-    return (*_transmission_angle(names), *_stroke(names, output, axis), *_size(table))
+    return (*_transmission_angle(names, window), *_stroke(names, output, axis, window), *_size(table, window))
 
 
-def _transmission_angle(names: Sequence[str]) -> tuple[Formula, ...]:
-    """The smallest transmission angle over all joints and the turn, each folded to at most 90 deg."""
+def _transmission_angle(names: Sequence[str], window: str) -> tuple[Formula, ...]:
+    """The smallest transmission angle over all joints and the motion, each folded to at most 90 deg."""
     joints = [name for name in names if name.endswith("_transmission_angle")]
     if not joints:
         return ()
+    words = "turn" if window == "cycle" else window
     return (
         Formula(
             "transmission_angle_min",
             "deg",
-            "smallest transmission angle of all joints over the turn, or its supplement if that is smaller",
+            f"smallest transmission angle of all joints over the {words}, or its supplement if that is smaller",
             "max",
-            tuple(f"{joint}_{extreme}_cycle" for joint in joints for extreme in ("min", "max")),
+            tuple(f"{joint}_{extreme}_{window}" for joint in joints for extreme in ("min", "max")),
             _fold,
             selects_one=True,
         ),
@@ -58,22 +64,23 @@ def _fold(*extremes: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(smallest, 180.0 - np.maximum.reduce(extremes[1::2])))
 
 
-def _stroke(names: Sequence[str], output: str, axis: str) -> tuple[Formula, ...]:
+def _stroke(names: Sequence[str], output: str, axis: str, window: str) -> tuple[Formula, ...]:
     """How far the output moves: the swing of a link, or the stroke of a slot or a point."""
     swings = f"{output}_angle" in names
     place = f"{output}_angle" if swings else f"{output}{axis or '_position'}"
     name, unit, words = ("swing_angle", "deg", "swing") if swings else ("stroke", "mm", "stroke")
-    inputs = (f"{place}_peak_to_peak_cycle",)
+    inputs = (f"{place}_peak_to_peak_{window}",)
     return (Formula(name, unit, f"{words} of the output", "max", inputs, np.positive, selects_one=True),)
 
 
-def _size(table: LinkageTable) -> tuple[Formula, ...]:
+def _size(table: LinkageTable, window: str) -> tuple[Formula, ...]:
     """The box around all positions of all points, along the axes of the frame."""
     fixed = dict(table.frame.points)
     moving = [point for point in table.points if point not in fixed]
     names = tuple(parameter.name for parameter in table.parameters)
     inputs = (
-        *names, *(f"{point}_{axis}_{end}_cycle" for point in moving for axis in ("x", "y") for end in ("min", "max"))
+        *names,
+        *(f"{point}_{axis}_{end}_{window}" for point in moving for axis in ("x", "y") for end in ("min", "max")),
     )  # fmt: skip
 
     width, height = (_Side(tuple(place[axis] for place in fixed.values()), names, axis) for axis in (0, 1))

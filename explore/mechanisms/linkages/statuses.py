@@ -21,8 +21,9 @@ def blocked_at(joint: int) -> int:
     return _FIRST_JOINT + 2 * joint
 
 
-def declare_statuses(joints: Sequence[str], of_lines: Collection[str]) -> dict[int, OwnStatus]:
-    """The statuses by code; those in `of_lines` are joints of two lines."""
+def declare_statuses(joints: Sequence[str], of_lines: Collection[str], *, turns: bool) -> dict[int, OwnStatus]:
+    """The statuses by code; those in `of_lines` are joints of two lines, and `turns` tells the turn from a range."""
+    motion = "turns fully" if turns else "moves over its range"
     statuses = {
         CANNOT_ASSEMBLE: OwnStatus("cannot_assemble", "some joint is out of reach at every crank angle"),
         NO_STROKES: OwnStatus(
@@ -32,7 +33,7 @@ def declare_statuses(joints: Sequence[str], of_lines: Collection[str]) -> dict[i
         ),
         TURN_NOT_DECIDED: OwnStatus(
             "turn_not_decided",
-            "whether the crank turns fully was not decided: joints are close to their limits too often",
+            f"whether the crank {motion} was not decided: joints are close to their limits too often",
             lacks_turn=True,
         ),
         STROKES_NOT_DECIDED: OwnStatus(
@@ -44,7 +45,7 @@ def declare_statuses(joints: Sequence[str], of_lines: Collection[str]) -> dict[i
     for k, joint in enumerate(joints):
         statuses[blocked_at(k)] = OwnStatus(
             f"crank_blocked_at_{joint}",
-            f"the crank cannot turn fully: {joint} is out of reach at some crank angles",
+            f"the crank cannot {motion.replace('s ', ' ', 1)}: {joint} is out of reach at some crank angles",
             lacks_turn=True,
         )
         label, sentence = (

@@ -125,6 +125,8 @@ class LinkageTable:
         Side of each joint or slot that has two: 1 left, positive or far, -1 right, negative or near.
     travel
         Positions in the driven slot at input angles of 0 and 180 deg, mm; between them the pin moves as a sine.
+    limits
+        First and last input angle, deg, of a driver that does not turn fully; None for the full turn.
     """
 
     driver: str
@@ -136,6 +138,7 @@ class LinkageTable:
     parameters: tuple[TableParameter, ...]
     signs: tuple[tuple[str, int], ...] = ()
     travel: Place | None = None
+    limits: tuple[float, float] | None = None
 
     @property
     def bodies(self) -> Iterator[Body]:

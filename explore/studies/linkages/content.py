@@ -19,6 +19,7 @@ def content_of(table: LinkageTable) -> dict[str, Any]:
         "driver": table.driver,
         "output": table.output,
         "travel": _pair(table.travel) if table.travel else [],
+        "range": [_whole(angle) for angle in table.limits or ()],
         "frame": {name: _pair(place) for name, place in table.frame.points},
         "links": {link.name: _points(link) for link in table.links},
         "slots": {
@@ -48,7 +49,10 @@ def _number(coordinate: Coordinate) -> float | str:
     """A coordinate as the number or the expression of a study."""
     if coordinate.names:
         return text_of(coordinate)
-    value = coordinate.steps[0][1]
+    return _whole(coordinate.steps[0][1])
+
+
+def _whole(value: float) -> float:
     return int(value) if value.is_integer() and abs(value) < _LARGEST_WHOLE else value
 
 

@@ -13,13 +13,13 @@ SPEED = "speed"
 #: Endings of the signals of points, links, slots and joints.
 _SIGNALS = ("x", "y", "velocity", "acceleration", "curvature", "angle", "position")
 #: Endings of statistics of signals, of windows, and of columns that results add.
-_OTHERS = (*STATISTICS, "drive", "return", "forward", "backward", "cycle", "interval", "margin", "label")
+_OTHERS = (*STATISTICS, "drive", "return", "forward", "backward", "cycle", "range", "interval", "margin", "label")
 #: Beginnings of names of metrics.
 _PREFIXES = ("envelope_", "assembles_")
 #: Names of metrics, windows and columns that are whole.
 _WHOLE = (
-    *OUTPUT_STATISTICS, "time_ratio", "swing_angle", "stroke", "footprint", "cycle", "drive", "return", "forward",
-    "backward", "interval", "assembly_intervals",
+    *OUTPUT_STATISTICS, "time_ratio", "swing_angle", "stroke", "footprint", "cycle", "range", "drive", "return",
+    "forward", "backward", "interval", "assembly_intervals",
     "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
     "alike", "transmission_angle",
 )  # fmt: skip

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from explore.base.errors import KeyPath, Problems
+from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, one_line, suggestion
+from explore.base.units.quantities import exact_quantity
 from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
 from explore.mechanisms.linkages.table import FRAME, LinkageTable
 from explore.studies.linkages.branch import note_missing, read_branch, two_sided
@@ -15,11 +16,22 @@ from explore.studies.linkages.parameters import located_coordinates, read_parame
 from explore.studies.linkages.sketch import Sketch
 from explore.studies.linkages.structure import SECTION, Structure, note_loose_links, read_part, read_structure
 
-_KEYS = ("driver", "travel", "output", "frame", "links", "slots", "slides", "copies", "branch", "sketch", "parameters")
-#: Keys that are not supported yet, with what to do.
-_LATER = {
-    "range": "crank angles that are limited are not supported yet; evaluate intervals with window = { from, to }",
-}
+_KEYS = (
+    "driver",
+    "travel",
+    "range",
+    "output",
+    "frame",
+    "links",
+    "slots",
+    "slides",
+    "copies",
+    "branch",
+    "sketch",
+    "parameters",
+)
+#: A turn of the crank, deg.
+_TURN = 360.0
 #: Largest number of points.
 _MOST_POINTS = 60
 #: Largest number of links.
@@ -59,9 +71,8 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems) -> Li
         problems.append(((SECTION,), f"must be a table with driver, frame and links, got {format_value(section)}"))
         return None
     for name in section:
-        if name in _LATER or name not in _KEYS:
-            reason = _LATER.get(name) or f"unknown key; {suggestion(str(name), _KEYS)}"
-            problems.append(((SECTION, str(name)), reason))
+        if name not in _KEYS:
+            problems.append(((SECTION, str(name)), f"unknown key; {suggestion(str(name), _KEYS)}"))
     if reason := _reason_against_size(section):
         problems.append(((SECTION,), reason))
         return None
@@ -84,7 +95,7 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems) -> Li
     note_loose_links(structure)
     table = LinkageTable(
         driver, output, structure.bodies[FRAME], structure.links, tuple(structure.slots), tuple(structure.slides),
-        parameters, travel=structure.travel,
+        parameters, travel=structure.travel, limits=_limits(section, problems),
     )  # fmt: skip
     return _with_signs(table, section, entries, structure.copied, problems) if len(problems) == before else None
 
@@ -145,6 +156,31 @@ def _driver(section: Mapping[str, Any], structure: Structure, problems: Problems
     elif driver not in slots and "travel" in section:
         problems.append(((SECTION, "travel"), f"{driver} turns; leave it out, or name the slot of a driven pin"))
     return str(driver)
+
+
+def _limits(section: Mapping[str, Any], problems: Problems) -> tuple[float, float] | None:
+    """The first and the last crank angle of a driver that does not turn fully, deg."""
+    if "range" not in section:
+        return None
+    ends, key = section["range"], (SECTION, "range")
+    if not isinstance(ends, list | tuple) or len(ends) != 2:
+        reason = f"must be the first and the last crank angle, such as [-50, 50], got {format_value(ends)}"
+        problems.append((key, reason))
+        return None
+    try:
+        first, last = (float(exact_quantity(end, "deg")) for end in ends)
+    except RequestError as error:
+        problems.append((key, str(error)))
+        return None
+    if not first < last:
+        problems.append((key, f"the first crank angle, {first:g}, must be below the last, {last:g}"))
+    elif last - first >= _TURN:
+        problems.append((key, f"spans {last - first:g} deg; leave it out for a driver that turns fully"))
+    elif not -_TURN < first < _TURN:
+        problems.append(
+            (key, f"begins a turn or more from 0; write [{first % _TURN:g}, {first % _TURN + last - first:g}]")
+        )
+    return first, last
 
 
 def _output(section: Mapping[str, Any], driver: str, structure: Structure, problems: Problems) -> str:

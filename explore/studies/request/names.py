@@ -77,8 +77,10 @@ def make_window(mechanism: Mechanism, window: str | Mapping[str, object] | None)
         window = mechanism.default_window
     if isinstance(window, Mapping):
         interval = _interval(mechanism, window)
+        if mechanism.limits:
+            return _within(mechanism.limits, interval)
         # An interval of a full turn is that window: the same means are 0, and a rotating output has it too.
-        return mechanism.full_turn if interval.length >= _TURN * (1 - _LENGTH_ROUNDING) else interval
+        return mechanism.whole_motion if interval.length >= _TURN * (1 - _LENGTH_ROUNDING) else interval
     windows = _named_windows(mechanism)
     if not isinstance(window, str) or window not in windows:
         if window == "interval":
@@ -111,6 +113,16 @@ def _interval(mechanism: Mechanism, bounds: Mapping[str, object]) -> Window:
         raise RequestError(f"the interval of {float(stop - start):g} deg is longer than a turn; at most 360 deg")
     start, stop = without_turns((start, stop))
     return replace(interval, start=start, stop=stop)
+
+
+def _within(limits: Window, interval: Window) -> Window:
+    """An interval less the whole turns by which it lies beside a range of input angles, in which it must lie."""
+    for turns in (0, -_TURN, _TURN):
+        moved = replace(interval, start=interval.start + turns, stop=interval.stop + turns)
+        if limits.start <= moved.start and moved.stop <= limits.stop:
+            return limits if moved.length == limits.length else moved
+    ends = [f"{float(end):.17g}" for end in (interval.start, interval.stop, limits.start, limits.stop)]
+    raise RequestError("the interval from {} to {} deg leaves the range of the linkage, {} to {} deg".format(*ends))
 
 
 def closest_window(mechanism: Mechanism, name: object) -> Window:

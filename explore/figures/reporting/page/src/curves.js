@@ -5,6 +5,7 @@ import { number, tickText } from "./format.js";
 import { glyph, markAt } from "./marks.js";
 import { strokeOf } from "./mechanism.js";
 import { axisScale } from "./scales.js";
+import { isTurn, partsIn, shownAngle } from "./span.js";
 import { colours } from "./theme.js";
 
 const HEIGHT = 118;
@@ -14,11 +15,12 @@ const MARGIN = { left: 42, right: 8, top: 6, bottom: 18 };
  * Make a chart.
  * @param {{title: string, unit: string, fromZero: boolean, motion: ?Object, traces: Array}} kind from `panelsOf` or
  *   `comparedPanels`; strokes and marks are those of `motion`
+ * @param {[number, number]} span first and last input angle of the axis, deg
  * @param {Array<[string, string, number, string|[number, number]]>} bounds of the study on signals: name, side, value, and
  *   the stroke or the input angles where it holds
  * @param {(degrees: number) => void} onPoint called with the input angle under the pointer
  */
-export function curveChart(kind, bounds, onPoint) {
+export function curveChart(kind, span, bounds, onPoint) {
   const canvas = el("canvas", { role: "img" });
   const value = el("span", { class: "value" });
   const title = el("span", { class: "title" }, kind.unit ? `${kind.title} [${kind.unit}]` : kind.title);
@@ -27,18 +29,18 @@ export function curveChart(kind, bounds, onPoint) {
     if (event.type === "pointermove" && !event.buttons) return;
     const { left, width } = canvas.getBoundingClientRect();
     const share = (event.clientX - left - MARGIN.left) / (width - MARGIN.left - MARGIN.right);
-    onPoint(Math.min(1, Math.max(0, share)) * 360);
+    onPoint(span[0] + Math.min(1, Math.max(0, share)) * (span[1] - span[0]));
   };
   canvas.addEventListener("pointerdown", point);
   canvas.addEventListener("pointermove", point);
-  const drawn = { ...kind, bounds: bounds.filter(([signal]) => kind.traces.some(({ name }) => name === signal)) };
+  const drawn = { ...kind, over: span, bounds: bounds.filter(([signal]) => kind.traces.some(({ name }) => name === signal)) };
   return { node, draw: (degrees, width) => draw(drawn, canvas, value, degrees, width) };
 }
 
 function draw(kind, canvas, value, degrees, width) {
   const context = resizeCanvas(canvas, width, HEIGHT);
   const colour = colours();
-  const x = axisScale([0, 360], [MARGIN.left, width - MARGIN.right]);
+  const x = axisScale(kind.over, [MARGIN.left, width - MARGIN.right]);
   const { traces } = kind;
   const all = traces.flatMap(({ values }) => [...values]).filter(Number.isFinite);
   if (!all.length) {
@@ -99,7 +101,7 @@ function draw(kind, canvas, value, degrees, width) {
 function frame(context, x, y, motion, colour, width) {
   const [bottom, top] = y.range();
   context.fillStyle = colour.stroke;
-  for (const [start, stop] of turns(motion?.stroke ?? motion?.dwell))
+  for (const [start, stop] of partsIn(x.domain(), motion?.stroke ?? motion?.dwell))
     context.fillRect(x(start), top, x(stop) - x(start), bottom - top);
   context.font = "10.5px system-ui, sans-serif";
   context.fillStyle = colour.muted;
@@ -118,14 +120,15 @@ function frame(context, x, y, motion, colour, width) {
     context.fillText(text(tick), MARGIN.left - 5, place);
   }
   context.textBaseline = "top";
-  for (const angle of width > 190 ? [0, 90, 180, 270, 360] : [0, 180, 360]) {
-    context.textAlign = angle === 0 ? "left" : angle === 360 ? "right" : "center";
-    context.fillText(`${angle}°`, x(angle), bottom + 5);
+  const [first, last] = x.domain();
+  for (const angle of anglesOf([first, last], width > 190 ? 4 : 2, x)) {
+    context.textAlign = angle === first ? "left" : angle === last ? "right" : "center";
+    context.fillText(`${angle}°`.replace("-", "−"), x(angle), bottom + 5);
   }
   context.strokeStyle = colour.muted;
   context.setLineDash([1.5, 3]);
   for (const angle of Object.values(motion?.marks ?? {})) {
-    const place = x(((angle % 360) + 360) % 360);
+    const place = x(shownAngle(x.domain(), angle));
     context.beginPath();
     context.moveTo(place, top);
     context.lineTo(place, bottom);
@@ -143,7 +146,7 @@ function drawBounds(context, { bounds, factor }, motion, x, y, colour) {
   for (const [, , bound, over] of bounds) {
     const value = factor * bound;
     if (value < low || value > high) continue;
-    for (const [start, stop] of turns(typeof over === "string" ? strokeOf(motion, over) : over)) {
+    for (const [start, stop] of partsIn(x.domain(), typeof over === "string" ? strokeOf(motion, over) : over)) {
       context.beginPath();
       context.moveTo(x(start), y(value));
       context.lineTo(x(stop), y(value));
@@ -153,11 +156,9 @@ function drawBounds(context, { bounds, factor }, motion, x, y, colour) {
   context.setLineDash([]);
 }
 
-/** The parts of a span of input angles that lie between 0 and 360 deg; none for null. */
-const turns = (over) =>
-  [-720, -360, 0, 360]
-    .map((turn) => (over ?? [0, 0]).map((angle) => Math.min(360, Math.max(0, angle + turn))))
-    .filter(([start, stop]) => stop > start);
+/** Input angles that are written at the axis: quarters or halves of a turn, or round ones of a part of it. */
+const anglesOf = (span, count, x) =>
+  isTurn(span) ? Array.from({ length: count + 1 }, (_, k) => (k * 360) / count) : x.ticks(count);
 
 function cursor(context, traces, now, degrees, x, y, colour) {
   const [bottom, top] = y.range();

@@ -6,15 +6,13 @@ import { DASHES, HUES, drawMechanism, drawingOf, heightOf, limitsOf, pointPaths 
 import { fileOf } from "./files.js";
 import { designName, number, words } from "./format.js";
 import { KINDS, dashedLine, glyph } from "./marks.js";
-import { brokenParameter, hasMotion, motionOf, overTheTurn } from "./mechanism.js";
+import { brokenParameter, hasMotion, motionOf, overTheMotion } from "./mechanism.js";
 import { drawOverlay, jointReach } from "./overlay.js";
 import { comparedPanels, panelsOf } from "./panels.js";
 import { pinBoard } from "./pins.js";
+import { advance, angleText, jointSpan, shownAngle } from "./span.js";
 import { onTheme } from "./theme.js";
 import { listValues } from "./values.js";
-
-/** Seconds of a turn on the screen, whatever the speed of the mechanism. */
-const TURN = 5;
 
 /**
  * @param {HTMLElement} root
@@ -23,7 +21,7 @@ const TURN = 5;
  */
 export function designPanel(root, model, { chosen, pins }) {
   // `shown` has the designs with a motion.
-  const state = { degrees: 0, playing: false, shown: [], isCompared: false, size: { width: 0, height: 0 } };
+  const state = { degrees: 0, isBack: false, span: [0, 360], playing: false, shown: [], isCompared: false, size: { width: 0, height: 0 } };
   const canvas = el("canvas", { class: "picture", role: "img" });
   const stage = el("div", { class: "stage" }, canvas);
   const controls = player(state, model.study.motion?.input ?? "input angle", () => draw());
@@ -61,11 +59,12 @@ export function designPanel(root, model, { chosen, pins }) {
     legendOf(legend, state.isCompared ? null : drawn);
     stage.hidden = !drawn;
     if (!state.shown.length) return controls.pause();
+    state.span = jointSpan(state.shown.map(({ motion }) => motion));
     const names = state.shown.map((one) => designName(model, one.row)).join(", ");
     canvas.setAttribute("aria-label", `the mechanism of design ${names} in true proportions`);
     const panels = state.isCompared ? comparedPanels(state.shown) : panelsOf(state.shown[0]);
     charts = panels.map((kind) =>
-      curveChart(kind, model.study.bounds, (degrees) => {
+      curveChart(kind, state.span, model.study.bounds, (degrees) => {
         controls.pause();
         controls.set(degrees);
       }),
@@ -115,20 +114,18 @@ function movingDesign(model, row, look) {
     { drive, target } = fileOf(model, row);
   const motion = hasMotion(declared) ? motionOf(declared, parametersOf(model, row), drive) : null;
   if (!motion) return { row, motion };
-  return { row, look, motion, turn: overTheTurn(motion), drawing: declared.drawing ? drawingOf(motion, target) : null };
+  return { row, look, motion, turn: overTheMotion(motion), drawing: declared.drawing ? drawingOf(motion, target) : null };
 }
 
-/** The input angle that is shown first: the start of the drive stroke. */
-const startOf = (motion) => (((motion.stroke?.[0] ?? 0) % 360) + 360) % 360;
+/** The input angle that is shown first: the start of the drive stroke, or of the motion. */
+const startOf = ({ stroke, span }) => shownAngle(span, stroke?.[0] ?? span[0]);
 
 /** Play and pause, and the input angle as a slider. */
 function player(state, angle, draw) {
   const button = el("button", { type: "button", class: "play", onclick: () => (state.playing ? pause() : play()) });
   const slider = el("input", {
     type: "range",
-    min: 0,
-    max: 360,
-    step: 0.1,
+    step: "any",
     "aria-label": `${angle} in degrees`,
     oninput: () => {
       const degrees = Number(slider.value);
@@ -141,7 +138,7 @@ function player(state, angle, draw) {
 
   function frame(now) {
     if (!state.playing) return;
-    if (before) state.degrees = (state.degrees + ((now - before) / 1000 / TURN) * 360) % 360;
+    if (before) advance(state, state.span, (now - before) / 1000);
     before = now;
     draw();
     requestAnimationFrame(frame);
@@ -162,8 +159,9 @@ function player(state, angle, draw) {
   }
   function show() {
     button.textContent = state.playing ? "❚❚ Pause" : "▶ Play";
+    [slider.min, slider.max] = state.span;
     slider.value = state.degrees;
-    reading.textContent = `${angle} ${state.degrees.toFixed(1)}°`;
+    reading.textContent = `${angle} ${angleText(state.degrees, 1)}`;
   }
   return { node: el("div", { class: "player" }, button, slider, reading), play, pause, set, show };
 }
@@ -185,12 +183,13 @@ function missingMotionReason(model, row, motion) {
   const { motion: declared, sentences } = model.study;
   const status = model.byName.get("status");
   const code = status?.values[row];
+  const lacks = `No ${declared.limits ? "motion over its range" : "full turn"} to draw`;
   const broken = brokenParameter(declared, parametersOf(model, row));
   if (broken && (!status || declared.moving.includes(code)))
-    return `No full turn to draw: the value of ${words(broken)} is none that it can take.`;
+    return `${lacks}: the value of ${words(broken)} is none that it can take.`;
   const label = status?.labels?.[code];
   const sentence = Object.hasOwn(sentences, label) ? sentences[label] : "this design does not turn";
-  return `No full turn to draw: ${sentence}.`;
+  return `${lacks}: ${sentence}.`;
 }
 
 /** Name what is drawn. */
@@ -205,7 +204,7 @@ function legendOf(legend, drawn) {
   if (motion.stroke) items.push(item("drive", "drive stroke"));
   if (motion.dwell) items.push(item("drive", `dwell ${number(motion.dwell[1] - motion.dwell[0], 4)}°`));
   limitsOf(motion).forEach(([name, angle], k) => {
-    items.push(item(`limit-${k % DASHES.length}`, `${name} ${(((angle % 360) + 360) % 360).toFixed(1)}°`));
+    items.push(item(`limit-${k % DASHES.length}`, `${name} ${angleText(shownAngle(motion.span, angle), 1)}`));
   });
   legend.replaceChildren(...items);
 }

@@ -1,5 +1,6 @@
 /** A mechanism in true proportions, from its declared drawing: links, guides, pivots, paths, curves, drive stroke. */
 
+import { evenly, isTurn } from "./span.js";
 import { drawTarget } from "./target.js";
 import { colours } from "./theme.js";
 
@@ -49,7 +50,7 @@ function placed({ drawing, place }, values) {
  */
 export function drawingOf(motion, target) {
   const drawing = placed(motion.declared, motion.values);
-  const poses = Array.from({ length: STEPS + 1 }, (_, k) => poseAt(motion, k));
+  const poses = evenly(motion.span, STEPS).map((degrees) => poseAt(motion, degrees));
   const turn = Object.fromEntries(
     Object.entries(drawing.points).map(([name, vectors]) => [name, poses.map((pose) => sum(vectors, pose))]),
   );
@@ -59,7 +60,7 @@ export function drawingOf(motion, target) {
   return drawn;
 }
 
-/** Smallest and largest x and y over a turn. */
+/** Smallest and largest x and y over the motion. */
 function reach({ drawing, turn, curves, target }) {
   const all = [...Object.values(turn).flat(), ...(target?.points ?? [])];
   drawing.profiles.forEach(({ centre }, k) => {
@@ -177,7 +178,10 @@ export const DASHES = [
 ];
 
 /** Limit positions: name and input angle of each. */
-export const limitsOf = ({ declared, marks }) => Object.entries(marks).filter(([name]) => declared.limits.includes(name));
+export const limitsOf = ({ declared, marks, span }) =>
+  isTurn(span)
+    ? Object.entries(marks).filter(([name]) => declared.ends.includes(name))
+    : [["first", span[0]], ["last", span[1]]];
 
 function limitPositions(view, motion, drawing) {
   const { context } = view;

@@ -4,6 +4,7 @@
  */
 
 import { withSlider } from "./slider.js";
+import { isTurn } from "./span.js";
 
 const DEGREES = 180 / Math.PI;
 
@@ -32,28 +33,41 @@ const valueOf = (values, name) => (Object.hasOwn(values, name) ? values[name] : 
  * @param {Object} declared the mechanism's declaration, `study.motion`
  * @param {Object<string, number>} values parameters by name
  * @param {string} drive the drive stroke; "none" where the study uses none
- * @returns {?Object} null where the design has no motion over a full turn, or a parameter is broken
+ * @returns {?Object} null where the design moves neither over its whole motion nor over the interval of the study, or a
+ *   parameter is broken
  */
 export function motionOf(declared, values, drive) {
   if (brokenParameter(declared, values)) return null;
-  const record = new Float64Array(declared.record_rows);
-  declared.parameters.forEach((name, k) => {
-    record[declared.first_parameter + k] = valueOf(values, name);
-  });
-  functions().close(record);
-  if (!declared.moving.includes(record[declared.status_row])) return null;
+  let span = declared.limits ?? [0, 360],
+    record = recordOf(declared, values, declared.limits);
+  if (!record && declared.interval) [span, record] = [declared.interval, recordOf(declared, values, declared.interval)];
+  if (!record) return null;
   const marks = Object.fromEntries(
-    Object.entries(declared.marks)
+    Object.entries(isTurn(span) ? declared.marks : {})
       .map(([name, row]) => [name, declared.anchor + 2 * DEGREES * Math.atan(record[row])])
       .filter(([, angle]) => Number.isFinite(angle)),
   );
-  const motion = { declared, values, record, marks, out: new Float64Array(declared.signal_rows) };
+  const motion = { declared, values, record, marks, span, out: new Float64Array(declared.signal_rows) };
   motion.speed = declared.speed ? valueOf(values, declared.speed) : 1;
   motion.phases = declared.phases_row < 0 ? 1 : Math.max(1, Math.round(record[declared.phases_row]));
   motion.drive = drive;
   motion.stroke = drive === "none" ? null : strokeOf(motion, "drive");
   motion.at = (degrees) => signals(motion, degrees);
   return withSlider(motion);
+}
+
+/** The record of a design over the full turn, or over an interval, deg; null where it has no motion there. */
+function recordOf(declared, values, interval) {
+  const record = new Float64Array(declared.record_rows);
+  declared.parameters.forEach((name, k) => {
+    record[declared.first_parameter + k] = valueOf(values, name);
+  });
+  if (interval) {
+    record[declared.interval_row] = interval[0] / DEGREES;
+    record[declared.interval_row + 1] = (interval[1] - interval[0]) / DEGREES;
+  }
+  functions().close(record);
+  return declared.moving.includes(record[declared.status_row]) ? record : null;
 }
 
 /** First and last input angle of a stroke by its name, deg; null without strokes. */
@@ -128,24 +142,24 @@ export function output(motion, signal, degrees, phases) {
   return largest;
 }
 
-/** Input angles of a turn, deg, ascending, denser near the anchor and its opposite, where a motion may be sharp. */
-function turnAngles(anchor) {
-  const angles = new Set();
-  for (let k = 0; k <= 720; k++) angles.add(k / 2);
-  for (const centre of [-180, 0, 180, 360]) {
+/** Input angles of a motion, deg, ascending, denser near the anchor and its opposite, where it may be sharp. */
+function denseAngles([first, last], anchor) {
+  const angles = new Set([last]);
+  for (let angle = first; angle < last; angle += 0.5) angles.add(angle);
+  for (const centre of [-720, -540, -360, -180, 0, 180, 360, 540]) {
     for (let k = 0; k < 60; k++) {
       for (const sign of [-1, 1]) {
         const angle = (((anchor % 180) + 180) % 180) + centre + sign * 0.5 * 0.75 ** k;
-        if (angle > 0 && angle < 360) angles.add(angle);
+        if (angle > first && angle < last) angles.add(angle);
       }
     }
   }
   return Float64Array.from(angles).sort();
 }
 
-/** Signals over the turn: input angles and each signal's values; angles go on past 180 degrees. */
-export function overTheTurn(motion) {
-  const angles = turnAngles(motion.declared.anchor);
+/** Signals over the motion: input angles and each signal's values; angles go on past 180 degrees. */
+export function overTheMotion(motion) {
+  const angles = denseAngles(motion.span, motion.declared.anchor);
   const states = Array.from(angles, (angle) => motion.at(angle));
   const series = {};
   for (const { name, unit } of motion.declared.signals) {

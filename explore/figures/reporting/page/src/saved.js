@@ -6,11 +6,12 @@ import { el } from "./dom.js";
 import { drawMechanism, drawingOf, heightOf } from "./drawing.js";
 import { fileOf } from "./files.js";
 import { hasMotion, motionOf } from "./mechanism.js";
+import { evenly, isTurn } from "./span.js";
 
 /** Width of the drawing, pixels, and corners of a circle. */
 const WIDTH = 900,
   CORNERS = 90;
-/** Rows of a motion, evenly spaced input angles of a turn from 0. */
+/** Rows of a motion: evenly spaced input angles of a turn from 0, or of a part of it with both ends. */
 const ROWS = 360;
 
 /**
@@ -59,13 +60,13 @@ export function studyText(model, row) {
   ].join("\n");
 }
 
-/** The signals over a turn, in declared units. */
+/** The signals over the motion, in declared units. */
 function motionText(motion) {
   const { declared } = motion;
   const heads = [`${declared.input.replaceAll(" ", "_")} [deg]`, ...declared.signals.map(({ name, unit }) => `${name} [${unit ?? ""}]`)];
-  const lines = Array.from({ length: ROWS }, (_, k) => {
-    const degrees = (360 * k) / ROWS,
-      now = motion.at(degrees);
+  const angles = isTurn(motion.span) ? evenly(motion.span, ROWS).slice(0, -1) : evenly(motion.span, ROWS - 1);
+  const lines = angles.map((degrees) => {
+    const now = motion.at(degrees);
     return [degrees, ...declared.signals.map(({ name }) => now[name])].join(",");
   });
   return `${[heads.join(","), ...lines].join("\n")}\n`;
@@ -76,7 +77,7 @@ function drawingText(motion, target) {
   const drawn = drawingOf(motion, target);
   const size = { width: WIDTH, height: heightOf(drawn, WIDTH) };
   const recorded = new Recorder();
-  drawMechanism(recorded, drawn, motion.stroke?.[0] ?? 0, size);
+  drawMechanism(recorded, drawn, motion.stroke?.[0] ?? motion.span[0], size);
   return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${size.width} ${size.height}" width="${size.width}" height="${size.height}">\n${recorded.elements.join("\n")}\n</svg>\n`;
 }
 
