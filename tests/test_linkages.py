@@ -249,7 +249,7 @@ def test_bounds_hold(name, share, tolerance, request):
 
 
 def test_windows_and_magnitudes_that_have_no_turn_of_equal_steps():
-    """Intervals, means of magnitudes and curvatures take the adaptive rule; an interval of a turn is the turn.
+    """Means of magnitudes and curvatures take the adaptive rule; those over an interval are right too.
 
     The curvature where a point rests, as D does, is a quotient of rounding errors: its bound says that.
     """

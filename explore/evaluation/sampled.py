@@ -115,9 +115,10 @@ def sample_metrics(
     # A corner between the nodes of a rule may hide from its check.
     regular = tuple(metric for metric in metrics if not metric.signal.has_corners)
     if isinstance(quadrature, Located):
-        # Only whole turns have equal steps, and no law changes within one.
-        turns = () if request.breaks else regular
-        regular = tuple(metric for metric in turns if metric.window.kind == "turn" and not is_power(metric))
+        # The distance is one of all laws together, and the phases of clutches are not known before sampling.
+        regular = tuple(
+            metric for metric in regular if not (request.breaks or metric.window.kind == "clutch" or is_power(metric))
+        )
     if isinstance(quadrature, Adaptive):
         regular = ()
     for group_quadrature, group in (

@@ -8,7 +8,7 @@ from explore.model.declaration import ANCHORS, INTERVAL_ROWS, Declaration, own_r
 from explore.model.drawing_checks import check_drawing
 from explore.model.name_checks import check_names, repeated, unknown_names
 from explore.model.points import MOST_POINTS, POINT_ROWS, SLOT_ROWS
-from explore.model.quadrature import MOST_BREAKS, MOST_SINGULARITIES, Adaptive
+from explore.model.quadrature import MOST_BREAKS, MOST_SINGULARITIES, Adaptive, Located
 from explore.model.status import OWN_CODES, Status
 
 #: Fields of signals that share a row: properties of the row, not of the signal.
@@ -98,7 +98,7 @@ def _columns(declaration: Declaration) -> Iterator[str]:
     if len(declaration.singularities) > MOST_SINGULARITIES:
         yield f"singularities has {len(declaration.singularities)} entries; at most {MOST_SINGULARITIES} are used"
     for _, anchor in declaration.singularities:
-        if anchor not in (0, 1):
+        if anchor not in (0, 1) and not isinstance(declaration.quadrature, Located):
             yield f"singularities names the anchor {anchor}; it is 0 or, for its opposite, 1"
 
 

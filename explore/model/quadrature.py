@@ -37,22 +37,23 @@ class Graded:
 
 @dataclass(frozen=True)
 class Located:
-    """Sample full turns with equal steps, by the distance of the nearest complex singularity, wherever it stands.
+    """Choose the nodes by the distance of the nearest complex singularity, wherever it stands.
 
-    Other windows, designs whose singularity is too near for that, and those that contradict it are sampled adaptively.
+    Full turns have equal steps. Designs whose singularity is too near, and those that contradict it, are sampled
+    adaptively.
 
     Attributes
     ----------
     row
-        Row of the constant that holds the half-tangent of the distance, tanh(distance/2).
+        Row of the constant that holds the half-tangent of the distance, tanh(distance/2); 0 where it is not known.
     """
 
     row: int
 
     @property
     def singularities(self) -> tuple[tuple[int, int], ...]:
-        """The same distance above the anchor and above its opposite, which bounds the distance everywhere."""
-        return ((self.row, 0), (self.row, 1))
+        """The distance, with -1 for no anchor."""
+        return ((self.row, -1),)
 
 
 Quadrature = Adaptive | Graded | Located

@@ -76,7 +76,7 @@ def choose_equispaced(panels, n, order, target, is_located):
     """Turn the first of the two graded panels of n designs into one of equispaced nodes, where that takes less time.
 
     Panel p of design i has the number ``p * n + i``, and COUNT is filled. Where singularities may stand above any
-    angle, no design keeps graded panels: one that needs too many nodes has the fewest instead; see `is_left`.
+    angle, no design keeps graded panels: one that needs too many nodes has the fewest instead, marked as left.
     """
     most = MOST_LOCATED_NODES if is_located else MOST_NODES
     for k in range(n):
@@ -104,10 +104,24 @@ def choose_equispaced(panels, n, order, target, is_located):
         panels[DECAY + k] = exponential(-2.0 * rate) if chosen else panels[DECAY + k]
 
 
-@subroutine(inlined=True)
-def is_left(panels, k):
-    """Whether the turn of panel k is left to the adaptive rule, because it would need too many equispaced nodes."""
-    return panels[SINGULAR + k] == _LEFT
+@subroutine(contract=True)
+def leave_panels(panels, count):
+    """Leave panels that need too many nodes, although COUNT is filled, to the adaptive rule: they have the fewest."""
+    for k in range(count):
+        fits = (panels[RATE + k] > 0.0) & (panels[COUNT + k] <= MOST_NODES)
+        panels[SINGULAR + k] = panels[SINGULAR + k] if fits else _LEFT
+        panels[COUNT + k] = panels[COUNT + k] if fits else FEWEST_NODES
+        panels[RATE + k] = panels[RATE + k] if fits else _RATE_OF_LEFT
+        panels[DECAY + k] = panels[DECAY + k] if fits else 0.0
+
+
+@subroutine()
+def has_left_panel(panels, first, count, stride):
+    """Whether a panel of a design is left to the adaptive rule."""
+    is_left = False
+    for p in range(count):
+        is_left |= panels[SINGULAR + first + p * stride] == _LEFT
+    return is_left
 
 
 @subroutine(contract=True)

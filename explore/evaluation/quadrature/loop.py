@@ -22,10 +22,23 @@ from explore.evaluation.quadrature.bin_filling import fill_bin
 from explore.evaluation.quadrature.bounds import CHUNK, FLAG_CV, FLAG_EXTREMES, FLAG_STD
 from explore.evaluation.quadrature.chunks import CLOSE_TYPE, add_panels, close_chunk, constant, sort_by_rule
 from explore.evaluation.quadrature.clutches import shorten_to_clutches
-from explore.evaluation.quadrature.equispaced import choose_equispaced, count_equispaced, is_left
+from explore.evaluation.quadrature.equispaced import (
+    choose_equispaced,
+    count_equispaced,
+    has_left_panel,
+    leave_panels,
+)
 from explore.evaluation.quadrature.magnitudes import fill_powers
 from explore.evaluation.quadrature.merging import bound_rows, choose_next, collect, merge, merge_regular
-from explore.evaluation.quadrature.panels import LENGTH, PANEL_CAPACITY, SCALE, TARGET, count_nodes, map_panels
+from explore.evaluation.quadrature.panels import (
+    LENGTH,
+    PANEL_CAPACITY,
+    SCALE,
+    TARGET,
+    bound_rates,
+    count_nodes,
+    map_panels,
+)
 from explore.evaluation.quadrature.slots import CLUTCH, KIND, ROOT_MEAN, ROOT_POWER_MEAN
 from explore.evaluation.quadrature.storing import store
 from explore.evaluation.quadrature.tails import check_model
@@ -76,6 +89,8 @@ def _open_window(fill, sizes, tables, w, begin, here, demands, error, rare, work
         work.panel_count, work.owner, work.positions,
     )  # fmt: skip
     map_panels(work.panels, count, tables.singular_anchors)
+    if tables.is_located:
+        bound_rates(work.panels, count)
     for i in range(begin, until):
         total = 0.0
         for p in range(work.panel_count[i]):
@@ -104,6 +119,8 @@ def _open_window(fill, sizes, tables, w, begin, here, demands, error, rare, work
         work.panels[TARGET + k], work.todo[k] = target - share, k
     count_nodes(work.panels, count, pole_order)
     if tables.windows[w, KIND] != TURN or len(tables.breaks) > 0 or powers:
+        if tables.is_located:
+            leave_panels(work.panels, count)
         return until, count, stride, count, False
     choose_equispaced(work.panels, until, pole_order, target - headroom, tables.is_located)
     return until, count, stride, _drop_second_halves(until, sizes.rows, tables.flags[w], work, sums), True
@@ -207,9 +224,8 @@ def _sample_window(
             n = min(n_todo, 1)
     for i in range(begin, until):
         error[here[i]] = max(error[here[i]], work.worst[i])
-        excess[here[i]] = max(
-            excess[here[i]], math.inf if tables.is_located and is_left(work.panels, i) else work.excess[i]
-        )
+        is_left = tables.is_located and has_left_panel(work.panels, work.first_panel[i], work.panel_count[i], stride)
+        excess[here[i]] = max(excess[here[i]], math.inf if is_left else work.excess[i])
         if rare is not None:  # noqa: SIM102  (alone, so that Numba leaves out the block)
             if powers:
                 fill_powers(fill, sizes, tables, w, i, here[i], stride, statistics, nodes, error, work, tile)

@@ -32,6 +32,8 @@ LOG_CONSTANT_2 = 3.5
 LOG_CONSTANT_4 = 5.3
 #: Largest T: at 1 all singularities that are far away fall together with theta = +-i infinity.
 LARGEST_SCALE = 0.9
+#: Share of the least height of a line at three angles that lies below it at all angles.
+_BELOW = 0.97
 #: Largest number of panels at once.
 PANEL_CAPACITY = 4096
 
@@ -93,6 +95,38 @@ def map_panels(panels, count, anchors):
         growth = axis + math.sqrt(axis * axis - 1.0)
         panels[DECAY + k] = 1.0 / (growth * growth)
         panels[LENGTH + k] = 2.0 * arctangent(spread, 1.0 + first * last)
+
+
+@subroutine(contract=True)
+def bound_rates(panels, count):
+    """Fill rate and rho^-2 of panels for singularities above any angle, which T does not depend on.
+
+    All stand above a line, at the distance of the first row from the real axis. Its image in t is nearest to the real
+    axis at theta = 0 from the anchor or at an end of the panel, but for a few percent in short panels. An ellipse below
+    that, with the ends of the panel as foci, has the semi-minor axis b and rho = b + sqrt(1 + b^2).
+    """
+    for k in range(count):
+        s, one_over = panels[SINGULAR + k], 1.0 / panels[SCALE + k]
+        height = _height(0.0, s, one_over)
+        at_first, at_last = _height(panels[FIRST + k], s, one_over), _height(panels[LAST + k], s, one_over)
+        height = at_first if at_first < height else height
+        height = at_last if at_last < height else height
+        minor = _BELOW * height / panels[HALF + k]
+        growth = minor + math.sqrt(1.0 + minor * minor)
+        panels[RATE + k], panels[DECAY + k] = inverse_sinh(minor), 1.0 / (growth * growth)
+
+
+@subroutine(contract=True, inlined=True)
+def _height(u, s, one_over):
+    """Least imaginary part of t at the distance with the half-tangent s above an angle with the half-tangent u.
+
+    That of asinh z is the arc sine of (|z + i| - |z - i|)/2, which is at least y + y^3/6 of this y.
+    """
+    scale = one_over / (1.0 + u * u * s * s)
+    x, y = scale * u * (1.0 - s * s), scale * s * (1.0 + u * u)
+    above, below = math.sqrt(x * x + (y + 1.0) * (y + 1.0)), math.sqrt(x * x + (y - 1.0) * (y - 1.0))
+    sine = 2.0 * y / (above + below)
+    return sine * (1.0 + sine * sine / 6.0)
 
 
 @subroutine(contract=True)

@@ -118,8 +118,10 @@ def _decide_all(record, sizes, blocked, check, constants, start, length, is_turn
         check(constants, tangents, anchors, values[j * rows * LANES :])
     work = np.empty((sizes.functions + singularities.WORK_ROWS) * LANES)
     turn.sift(values, sizes.factors, sizes.functions, length, verdicts, work)
-    if not is_turn or sizes.is_harmonic == 0:
+    if is_turn and sizes.is_harmonic == 0:
         singularities.locate(values, sizes.factors, sizes.functions, constants[DISTANCE_ROW * LANES :], work)
+    for lane in range(0 if is_turn else LANES):
+        constants[DISTANCE_ROW * LANES + lane] = 0.0
     reach.tell_turns(verdicts, record[(sizes.interval + 3) * LANES :])
     for lane in range(LANES):
         record[sizes.status * LANES + lane] = 1.0
