@@ -263,7 +263,9 @@ class _Search:
             raise self._too_many(-freedoms)
         if rest:
             reason = (
-                "form a group that no dyad solves, which is not supported yet" if len(rest) > 1 else "is in no dyad"
+                "form a group that no dyad solves, which is not supported yet"
+                if len(rest) > 1
+                else "is in no dyad; say of a link that only translates along which direction, in [linkage.slides]"
             )
             raise TableError(rest[0], f"{words} {reason}")
 
