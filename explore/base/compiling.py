@@ -90,11 +90,6 @@ def address_of(dispatcher: Any, signature: Any) -> int:
     return address
 
 
-def is_compiled(function: object) -> bool:
-    """Whether compiled functions can take a function as an argument."""
-    return hasattr(function, "py_func") or isinstance(function, types.WrapperAddressProtocol)
-
-
 def options(*, fast: bool, contract: bool, inlined: bool, allocates: bool) -> dict[str, Any]:
     """Numba's options; see `compiled`."""
     return {

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from explore.base.compiling import is_compiled
 from explore.model.checks import check_declaration
 from explore.model.declaration import Declaration
 from explore.model.points import (
@@ -24,6 +23,11 @@ from explore.model.quantities import FloatArray, GivenMetric, Signal
 from explore.model.status import Status
 from explore.model.targets import Target
 from explore.model.window import Window
+
+
+def _is_compiled(function: object) -> bool:
+    """Whether compiled functions can take a function as an argument; told without loading Numba."""
+    return hasattr(function, "py_func") or hasattr(function, "__wrapper_address__")
 
 
 @dataclass(frozen=True)
@@ -87,7 +91,7 @@ class Mechanism(Declaration):
 
     def __post_init__(self) -> None:
         for name in ("close", "fill"):
-            if not is_compiled(getattr(self, name)):
+            if not _is_compiled(getattr(self, name)):
                 raise ValueError(
                     f"mechanism '{self.name}': {name} is not compiled; decorate it with explore.base.compiling.compiled"
                 )
