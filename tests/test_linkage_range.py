@@ -102,6 +102,8 @@ def test_a_motion_is_of_angles_of_the_range():
     linkage = explore.Linkage(LIMITED)
     motion = explore.simulate(linkage, {"a": 40.0}, angles=5)
     assert motion.index.tolist() == [-50.0, -25.0, 0.0, 25.0, 50.0]
+    turned = explore.simulate(linkage, {"a": 40.0}, angles=[310.0, 335.0])
+    np.testing.assert_array_equal(turned.to_numpy(), motion[:2].to_numpy())
     with pytest.raises(MotionError, match="60 deg is outside the range of the crank, -50 to 50 deg"):
         explore.simulate(linkage, {"a": 40.0}, angles=[0, 60])
     with pytest.raises(MotionError, match="no motion over its range to simulate: the crank cannot move over its range"):

@@ -224,6 +224,11 @@ def test_tokens_change_at_a_restart_and_a_second_server_says_who_runs(tmp_path, 
     assert again.stop() == 0
 
 
+def test_a_service_stops_in_order_as_soon_as_it_has_said_its_address(tmp_path, start_server):
+    assert start_server(tmp_path).stop() == 0
+    assert not (tmp_path / "token").exists()
+
+
 def run_second(folder):
     code, _, err = call("serve", str(folder), "--port", "0")
     assert code == 1

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 import logging
+import signal
 import socket
 import ssl
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from ipaddress import ip_address
 from logging.handlers import RotatingFileHandler
@@ -104,8 +107,9 @@ def serve(path: Path, place: Place, limits: Limits, work: Work, announce: Callab
             application = make_application(station, access, lambda: server.should_exit)
             guarded.guard = Guard(application, access, log.note_request)
             log("start", address=access.origin, version=__version__)
-            announce(access.make_link(Right.full), access.make_link(Right.read))
-            server.run(sockets=[listener])
+            with _stopping(server):
+                announce(access.make_link(Right.full), access.make_link(Right.read))
+                server.run(sockets=[listener])
         finally:
             access.remove_tokens(path)
             log("stop")
@@ -149,6 +153,20 @@ class _Server(uvicorn.Server):
         del sig, frame
         self.force_exit = self.should_exit
         self.should_exit = True
+
+
+@contextmanager
+def _stopping(server: _Server) -> Iterator[None]:
+    """Let signals stop the server in order before uvicorn listens to them, and after."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals are the main thread's
+        return
+    before = {which: signal.signal(which, server.handle_exit) for which in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for which, handler in before.items():
+            signal.signal(which, handler)
 
 
 class _LogFile(RotatingFileHandler):

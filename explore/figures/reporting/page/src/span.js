@@ -11,11 +11,12 @@ export const shownAngle = (span, degrees) => (isTurn(span) ? ((degrees % 360) + 
 /** An input angle as text. */
 export const angleText = (degrees, digits) => `${degrees.toFixed(digits).replace("-", "−")}°`;
 
-/** The span that holds all of several motions. */
-export const jointSpan = (motions) => [
-  Math.min(...motions.map(({ span }) => span[0])),
-  Math.max(...motions.map(({ span }) => span[1])),
-];
+/** The span that holds all of several motions: the turn where one of them is a turn. */
+export const jointSpan = (motions) =>
+  motions.map(({ span }) => span).find(isTurn) ?? [
+    Math.min(...motions.map(({ span }) => span[0])),
+    Math.max(...motions.map(({ span }) => span[1])),
+  ];
 
 /** Evenly spaced input angles from the first to the last. */
 export const evenly = ([first, last], steps) =>
