@@ -8,6 +8,8 @@ import random
 import socket
 import ssl
 import string
+import subprocess
+import sys
 import threading
 import time
 from datetime import UTC, datetime, timedelta
@@ -28,7 +30,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from served import Served, events_of, serving, wait_settled
 from studies import FEW, GOOD
 from uvicorn.server import ServerState
-from waiting import wait_until
+from waiting import PATIENCE, wait_until
 
 import explore
 from explore.base.errors import RequestError
@@ -224,8 +226,20 @@ def test_tokens_change_at_a_restart_and_a_second_server_says_who_runs(tmp_path, 
     assert again.stop() == 0
 
 
-def test_a_service_stops_in_order_as_soon_as_it_has_said_its_address(tmp_path, start_server):
-    assert start_server(tmp_path).stop() == 0
+#: A service that gets a signal between its announcement and the start of its server.
+SIGNALLED = """
+import os, signal, sys
+from pathlib import Path
+from explore.service.plans import Limits
+from explore.service.runner import Work
+from explore.service.server import Place, serve
+serve(Path(sys.argv[1]), Place(port=0), Limits(), Work(), lambda *_: os.kill(os.getpid(), signal.SIGTERM))
+"""
+
+
+def test_a_service_stops_in_order_as_soon_as_it_has_said_its_address(tmp_path):
+    done = subprocess.run([sys.executable, "-c", SIGNALLED, tmp_path], capture_output=True, text=True, timeout=PATIENCE)
+    assert done.returncode == 0, done.stderr
     assert not (tmp_path / "token").exists()
 
 
