@@ -8,7 +8,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: threads that wait for each other cost all workers
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: the workers share the cores
 
 import pytest
 from damage_worker import Worker
