@@ -120,6 +120,11 @@ def test_a_range_is_in_the_table_and_what_it_is_written_as():
     assert explore.Linkage(LIMITED | {"range": ["-50 deg", "1.5 rad"]}).table.limits == (-50.0, np.rad2deg(1.5))
 
 
+def test_results_of_before_there_were_ranges_are_of_the_same_mechanism():
+    """Their files name it by the hash of its table, which an edition without ranges made."""
+    assert explore.Linkage(FOUR_BAR).mechanism.name == "linkage-5e7c47020c2d"
+
+
 @pytest.fixture(scope="module", params=["range", "interval"])
 def results(request, tmp_path_factory):
     """Designs over a range, and over the interval of a study beyond which they are blocked."""

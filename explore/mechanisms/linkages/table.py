@@ -182,7 +182,10 @@ class LinkageTable:
     @cached_property
     def digest(self) -> str:
         """A hash of everything that the motion, its signals and their names follow from."""
-        return hashlib.sha256(repr(_plain(self)).encode()).hexdigest()
+        *others, limits = [_plain(getattr(self, field.name)) for field in fields(self)]
+        # Results of before there were limits name their mechanism by a hash without them.
+        content = (*others, limits) if limits else tuple(others)
+        return hashlib.sha256(repr(content).encode()).hexdigest()
 
 
 def _plain(value: object) -> object:

@@ -17,19 +17,9 @@ from explore.studies.linkages.sketch import Sketch
 from explore.studies.linkages.structure import SECTION, Structure, note_loose_links, read_part, read_structure
 
 _KEYS = (
-    "driver",
-    "travel",
-    "range",
-    "output",
-    "frame",
-    "links",
-    "slots",
-    "slides",
-    "copies",
-    "branch",
-    "sketch",
+    "driver", "travel", "range", "output", "frame", "links", "slots", "slides", "copies", "branch", "sketch",
     "parameters",
-)
+)  # fmt: skip
 #: A turn of the crank, deg.
 _TURN = 360.0
 #: Largest number of points.
