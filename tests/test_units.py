@@ -1,11 +1,15 @@
 """Numbers with units."""
 
 import math
+from fractions import Fraction
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from explore.base.errors import RequestError
-from explore.base.units.quantities import dimension, quantity
+from explore.base.units.common import _UNITS, common_root
+from explore.base.units.quantities import _registry, dimension, quantity
 
 
 @pytest.mark.parametrize(
@@ -39,6 +43,28 @@ def test_units_to_full_precision(text, unit, value):
     # 541.7118 - 691.7118 has to stay exactly 0.
     result = quantity(text, unit)
     assert abs(result - value) <= (0.0 if unit == "mm" else math.ulp(value))
+
+
+_POWERED = st.builds("{}^{}".format, st.sampled_from(sorted(_UNITS)), st.integers(-3, 3).filter(bool))
+_FACTORS = st.sampled_from(sorted(_UNITS)) | _POWERED
+
+
+@given(st.lists(_FACTORS, min_size=1, max_size=4), st.lists(st.sampled_from((" ", "*", "/", " / ")), min_size=3))
+def test_common_units_are_those_of_pint(factors, signs):
+    unit = factors[0] + "".join(sign + factor for sign, factor in zip(signs, factors[1:], strict=False))
+    factor, root = _registry().get_root_units(unit)
+    names = ("meter", "second", "gram", "radian")
+    assert common_root(unit) == (Fraction(factor), tuple(dict(root._units).get(name, 0) for name in names))
+
+
+@pytest.mark.parametrize("name", _UNITS)
+def test_each_common_unit_is_that_of_pint(name):
+    factor, root = _registry().get_root_units(name)
+    own, powers = common_root(name)
+    assert own == Fraction(factor)
+    assert dict(zip(("meter", "second", "gram", "radian"), powers, strict=True)) | dict(root._units) == {
+        name: dict(root._units).get(name, 0) for name in ("meter", "second", "gram", "radian")
+    }
 
 
 @pytest.mark.parametrize(

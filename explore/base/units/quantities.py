@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Self
 
 from explore.base.errors import RequestError
 from explore.base.suggest import closest_name, format_value
+from explore.base.units.common import UNIT, common_root
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -20,11 +21,7 @@ if TYPE_CHECKING:
 # A number, then factors such as "mm", "rad/s^2", "N m". pint would also evaluate arithmetic, which may never end
 # (10**10**10), so only strings that match this grammar reach it.
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
-_FACTOR = r"[^\W\d](?:[^\W\d]|[°%])*|[°%]"
-_POWER = r"(?:(?:\^|\*\*)-?[1-9])?"
-_TERM = rf"(?:{_FACTOR}){_POWER}"
-_UNIT = rf"(?:1\s*/\s*)?{_TERM}(?:\s*[*/·]\s*{_TERM}|\s+{_TERM})*"
-_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*({_UNIT})?\s*")
+_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*({UNIT})?\s*")
 _HERTZ = re.compile(r"\bHz\b")
 _MOST_CHARACTERS = 80
 
@@ -128,11 +125,10 @@ def _convert(text: str, unit: str) -> Fraction:
 
 def check_unit(unit: str) -> None:
     """Raise `RequestError` unless this is a unit that quantities can be converted to, or "1" for a plain number."""
-    if unit == "1" or unit in _COMMON_UNITS:
-        return
-    if len(unit) > _MOST_CHARACTERS or not re.fullmatch(_UNIT, unit):
+    if len(unit) > _MOST_CHARACTERS or not re.fullmatch(UNIT, unit):
         raise RequestError(f'{format_value(unit)} is not a unit; write one such as "mm", or "1" for a plain number')
-    _root_units(unit, '; write "1" for a plain number')
+    if common_root(unit) is None:
+        _root_units(unit, '; write "1" for a plain number')
 
 
 def unit_factor(source: str, target: str) -> Fraction:
@@ -140,16 +136,6 @@ def unit_factor(source: str, target: str) -> Fraction:
     if target == "rad/s":
         source = _HERTZ.sub("turn/s", source)  # 1 Hz of a rotating part is 1 turn/s
     return _factor(source, target)
-
-
-def split_unit(unit: str) -> dict[str, int] | None:
-    """The factors of a unit with their powers: {"rad": 2, "s": -4} for "rad^2/s^4"; None for another notation."""
-    if not re.fullmatch(_UNIT, unit):
-        return None
-    powers: dict[str, int] = {}
-    for sign, factor, power in re.findall(rf"([*/·]?)\s*({_FACTOR})(?:(?:\^|\*\*)(-?[1-9]))?", unit):
-        powers[factor] = powers.get(factor, 0) + (-1 if sign == "/" else 1) * int(power or 1)
-    return powers
 
 
 def join_unit(powers: Mapping[str, int]) -> str:
@@ -166,14 +152,16 @@ def _raised(factor: str, power: int) -> str:
 @functools.cache
 def dimension(unit: str) -> tuple[int, int, int]:
     """The powers of length, time and mass in a declared unit: (1, -2, 1) for "N"."""
-    powers = _registry().get_dimensionality(unit or "1")
+    if common := common_root(unit):
+        return common[1][:3]
+    powers = _registry().get_dimensionality(unit)
     length, time, mass = (int(powers.get(base, 0)) for base in ("[length]", "[time]", "[mass]"))
     return length, time, mass
 
 
 @functools.cache
 def _registry() -> pint.UnitRegistry[Fraction]:
-    import pint  # takes 0.3 s, needed only for strings with a unit
+    import pint  # takes 0.9 s with its definitions, needed only for units that are not common
 
     registry: pint.UnitRegistry[Fraction] = pint.UnitRegistry(non_int_type=Fraction)
     registry.define("@alias turn = rev")
@@ -184,12 +172,14 @@ def _registry() -> pint.UnitRegistry[Fraction]:
 @functools.lru_cache  # a table of designs repeats its units
 def _factor(source: str, target: str) -> Fraction:
     """The factor from one unit to another, exact except for pint's 50 digits of pi."""
-    factor, root = _root_units(source, _unit_hint(target))
-    target_factor, target_root = _root_units(target or "1", "")
+    own: tuple[Fraction, object] | None = common_root(source)
+    wanted: tuple[Fraction, object] | None = common_root(target)
+    if own is None or wanted is None:
+        own, wanted = _root_units(source, _unit_hint(target)), _root_units(target or "1", "")
     # Root units, not dimensions: they keep the radian, so that "1 Hz" is not taken for 1 rad/s.
-    if root != target_root:
+    if own[1] != wanted[1]:
         raise RequestError(f"'{source}' cannot be converted to '{target or '1'}'{_unit_hint(target)}")
-    return factor / target_factor
+    return own[0] / wanted[0]
 
 
 def _root_units(unit: str, hint: str) -> tuple[Fraction, pint.Unit]:

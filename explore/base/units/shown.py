@@ -20,7 +20,8 @@ import numpy.typing as npt
 
 from explore.base.errors import RequestError
 from explore.base.suggest import format_value, suggestion
-from explore.base.units.quantities import join_unit, quantity, split_unit, unit_factor
+from explore.base.units.common import split_unit
+from explore.base.units.quantities import join_unit, quantity, unit_factor
 
 if TYPE_CHECKING:
     import pandas as pd
