@@ -125,6 +125,8 @@ def _convert(text: str, unit: str) -> Fraction:
 
 def check_unit(unit: str) -> None:
     """Raise `RequestError` unless this is a unit that quantities can be converted to, or "1" for a plain number."""
+    if unit == "1":
+        return
     if len(unit) > _MOST_CHARACTERS or not re.fullmatch(UNIT, unit):
         raise RequestError(f'{format_value(unit)} is not a unit; write one such as "mm", or "1" for a plain number')
     if common_root(unit) is None:
