@@ -108,8 +108,8 @@ functions = {
 kernel.close.compile(CLOSE_SIGNATURE)
 assembly = {kernel.close.__name__: kernel.close.inspect_asm()}
 for function, arguments in functions.items():
-    function.standalone.compile(f"void({arguments})")
-    assembly[function.__name__] = function.standalone.inspect_asm()
+    function.standalone().compile(f"void({arguments})")
+    assembly[function.__name__] = function.standalone().inspect_asm()
 print(json.dumps({name: "".join(versions.values()) for name, versions in assembly.items()}))
 """
     assembly = report(tmp_path, script)

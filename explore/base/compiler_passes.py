@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from functools import partialmethod
 from typing import Any
 
+import numba.np.linalg
 import numpy as np
 from numba import njit, types
 from numba.core.codegen import JITCodeLibrary
@@ -84,6 +85,10 @@ def translated(function: Callable[..., Any], settings: dict[str, Any], *, no_ali
 
 def _skip(*_: object) -> None:
     """Do nothing."""
+
+
+# Numba tries at its first compilation whether SciPy has BLAS, which loads scipy.linalg, 0.1 s. SciPy is a dependency.
+numba.np.linalg.ensure_blas = _skip
 
 
 class _Translation(JITCodeLibrary):  # type: ignore[misc]  # likewise

@@ -6,6 +6,7 @@ compilation.
 """
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from numba import njit
@@ -30,10 +31,15 @@ def subroutine(
 
     def decorate(function: Callable[..., Any]) -> Any:
         settings = options(fast=fast, contract=contract, inlined=inlined, allocates=allocates)
-        standalone = NoAliasCompiler if no_alias else PlainCompiler
+
+        @cache
+        def standalone() -> Any:
+            compiler = NoAliasCompiler if no_alias else PlainCompiler
+            return cached(njit(cache=True, pipeline_class=compiler, **settings)(function))
+
         dispatcher = without_literals(translated(function, settings, no_alias=no_alias))
-        dispatcher.standalone = cached(njit(cache=True, pipeline_class=standalone, **settings)(function))
-        dispatcher._compile_for_args = lambda *_, **__: dispatcher.standalone
+        dispatcher.standalone = standalone
+        dispatcher._compile_for_args = lambda *_, **__: standalone()
         return dispatcher
 
     return decorate
