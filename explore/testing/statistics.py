@@ -15,7 +15,7 @@ _TOLERANCES = (1e-9, 1e-12)
 #: Largest relative error of dense sampling that tells anything.
 _DECISIVE = 1e-9
 #: Least share of the statistics that dense sampling must tell.
-_DECISIVE_SHARE = 0.9
+_DECISIVE_SHARE = 0.8
 #: Bound of a metric in closed form, relative: rounding, which a nearly flat linkage amplifies.
 _CLOSED_FORM = 1e-10
 #: Largest mean, relative to the rms, that is 0.
