@@ -146,3 +146,45 @@ def near_limits(mechanism, designs, count, rng):
         moves = turns(mechanism, between(middle))
         low, high = np.where(moves, middle, low), np.where(moves, high, middle)
     return between(low * (1.0 - 10.0 ** rng.uniform(-6.0, -0.5, count)))
+
+
+#: Loads of all kinds, on the crank shaper of the reference.
+ALL_LOADS = {
+    "gravity": [1.5, "-g"],
+    "masses": {
+        "lever": {"mass": "m", "centroid": [110, 7], "inertia": 0.002},
+        "link": {"mass": 0.3, "centroid": "D"},
+        "crank": {"mass": 0.2, "centroid": ["crank / 2", 0], "inertia": "2 * j"},
+        "S": "m / 2",
+    },
+    "forces": {"D": ["f", 3]},
+    "torques": {"lever": 0.7, "link": {"torque": -0.4, "against": "lever"}, "crank": 0.05},
+    "springs": {
+        "pull": {"between": ["A", "S"], "rate": 300, "rest": 120},
+        "tie": {"between": ["C", "A"], "rate": 150, "rest": 0},
+        "buffer": {"between": "ram", "rate": "k", "rest": 20},
+        "inner": {"between": "block", "rate": 90, "rest": "lever / 2"},
+        "coil": {"between": "lever", "rate": 1.25, "rest": 80},
+    },
+    "dampers": {
+        "oil": {"between": "ram", "rate": 12},
+        "grease": {"between": "block", "rate": 3},
+        "strut": {"between": ["O", "D"], "rate": 4},
+        "hinge": {"between": ["link", "lever"], "rate": 0.03},
+        "bush": {"between": "lever", "rate": 0.02},
+    },
+}
+
+#: Values of the parameters of these loads, with the speed.
+AMOUNTS = {"g": 9.81, "m": 0.6, "j": 0.0004, "f": 8.0, "k": 220.0, "speed": 9.0}
+
+
+def with_loads(case, loads, **units):
+    """The linkage of a case under load; with the units of parameters that do not follow from their use."""
+    parameters = {name: {"unit": unit} for name, unit in units.items()}
+    return Linkage(linkage_of(case).content | {"loads": loads, "parameters": parameters})
+
+
+def loaded_shaper():
+    """The unit of j does not follow from 2 * j; m alone says that of m / 2."""
+    return with_loads(CASES["crank-shaper"], ALL_LOADS, j="kg m^2")

@@ -9,6 +9,7 @@ import pytest
 from changed_trees import change, text_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from linkage_cases import loaded_shaper
 
 from explore.base.errors import ConfigError
 from explore.mechanisms.linkages.steps import find_steps
@@ -17,6 +18,7 @@ from explore.studies.config.study_file import linkage_starter, linkage_starters
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "linkages.json").read_text())
 TABLES = [case["table"] for case in REFERENCE["cases"]] + [linkage_starter(name) for name in linkage_starters()]
+TABLES.append(loaded_shaper().to_toml())
 
 NAMES = [
     "O", "A", "B", "C", "D", "S", "crank", "rod", "rocker", "frame", "guide", "ram", "r", "speed", "pi", "sin", "x_y",
@@ -24,7 +26,9 @@ NAMES = [
 KEYS = st.sampled_from([
     *NAMES, "driver", "travel", "output", "frame", "links", "slots", "slides", "branch", "sketch", "parameters",
     "range", "copies", "b", "pin", "link", "along", "direction", "radius", "angle", "crank_angle", "unit", "default",
-    "min", "max", "meaning", "", "a b", "ω", "x" * 200, "a\nb", "A_x", "mean",
+    "min", "max", "meaning", "loads", "masses", "gravity", "forces", "torques", "springs", "dampers", "mass",
+    "centroid", "inertia", "torque", "against", "between", "rate", "rest", "", "a b", "ω", "x" * 200, "a\nb", "A_x",
+    "mean",
 ])  # fmt: skip
 TEXTS = [
     *NAMES, "r + 1", "2 * r", "r / 0", "1 / 0", "(r", "r ** r ** -r", "9 ** 9 ** 9 ** 9", "sin(r)", "sin(r) + r",

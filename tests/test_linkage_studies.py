@@ -199,8 +199,8 @@ def test_mistakes_of_studies(folder):
     ]
     study.write_text(STUDY.replace("l = 100", "l = 100\nll = 3\nr2 = 4").replace("start = 0", "start = 30"))
     assert problems_of(study) == [
-        "study.toml:24: parameters.ll: no coordinate of [linkage] uses it; did you mean 'l'?",
-        "study.toml:25: parameters.r2: no coordinate of [linkage] uses it; did you mean 'r'?",
+        "study.toml:24: parameters.ll: nothing in [linkage] uses it; did you mean 'l'?",
+        "study.toml:25: parameters.r2: nothing in [linkage] uses it; did you mean 'r'?",
         "study.toml:26: parameters.e: start = 30 is above stop = 20; swap them",
     ]
     study.write_text(STUDY.replace('output = "guide"', 'output = "gide"').replace("speed", "sped"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import lru_cache, partial
@@ -11,10 +11,13 @@ from explore.base.units.quantities import exact_quantity
 from explore.mechanisms.linkages.drawing import draw_linkage, linkage_panels
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
-from explore.mechanisms.linkages.kernel import Kernel, make_kernel
+from explore.mechanisms.linkages.kernel import Kernel, make_kernel, parameter_names
+from explore.mechanisms.linkages.load_signals import balanced_signals
+from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.metrics import CLOSED_METRICS, REACH_NAMES, declare_formulas
 from explore.mechanisms.linkages.programs import DISTANCE_ROW, GREATEST_ROW, LEAST_ROW
-from explore.mechanisms.linkages.signals import Quantity, find_quantities
+from explore.mechanisms.linkages.quantity import Quantity
+from explore.mechanisms.linkages.signals import find_quantities
 from explore.mechanisms.linkages.statuses import declare_statuses
 from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import LinkageTable
@@ -40,8 +43,8 @@ _WINDOWS = (
     Window(_STROKES[1], "from the output's greatest place or angle to its least", "arc", ("greatest", "least")),
     _INTERVAL,
 )
-SPEED = Parameter("speed", "rad/s", "constant crank velocity", default=1.0, scales_speed=True)
-
+#: Units of parameters that are not negative, and that 0 leaves out.
+_AMOUNTS = ("kg", "kg m^2", "N s/m", "N m s/rad")
 
 #: Largest number of mechanisms of tables, and of kernels of them, that are kept.
 _MOST_KEPT = 256
@@ -69,6 +72,8 @@ def _specialise(table: LinkageTable, names: frozenset[str] | None, *, needs_stro
     equations = Equations(table, find_steps(table))
     quantities = find_quantities(equations)
     tells_reach = names is None or not names.isdisjoint(REACH_NAMES)
+    if names is not None:
+        names |= {each.signal.corners_at for each in quantities if each.signal.name in names}
     wanted = [each for each in quantities if names is None or each.signal.name in names]
     others = [each for each in quantities if each not in wanted]
     rows = _Layout.of(equations, wanted, others)
@@ -126,12 +131,13 @@ def _declare(
     tells_reach: bool,
 ) -> Mechanism:
     """The mechanism whose kernel fills some of the signals; `extended` fills all."""
-    links = [each.link for each in filled if each.link]
+    links = list(dict.fromkeys(link for each in filled for link in each.links))
+    squares = list(dict.fromkeys(square for each in filled for square in each.squares))
     joints = list(dict.fromkeys(factor.joint for factor in equations.factors))
     mover, axis = (table.output, "") if table.output else _last_mover(table)
     output, change = f"{mover}_velocity{axis}", f"{mover}_acceleration{axis}"
     rate = _rate_of(equations, output, change) if needs_stroke else ()
-    kernel = make_kernel(equations, outputs, links, joints, rate, tells_reach=tells_reach)
+    kernel = make_kernel(equations, outputs, links, joints, rate, squares, tells_reach=tells_reach)
     windows = (_range(*table.limits), _INTERVAL) if table.limits else _WINDOWS
     turns = windows is _WINDOWS
     formulas = declare_formulas(table, signals, mover, axis, windows[0].name)
@@ -141,7 +147,7 @@ def _declare(
     return Mechanism(
         name=f"linkage-{table.digest[:12]}",
         summary="a planar linkage that a table describes",
-        parameters=(*_parameters(table), SPEED),
+        parameters=tuple(_parameters(table)),
         signals=signals,
         metrics=CLOSED_METRICS if turns else (),
         formulas=formulas,
@@ -159,7 +165,7 @@ def _declare(
         n_constants=kernel.n_constants,
         keeps_constants=True,
         takes_interval=True,
-        rows=_record_rows(kernel, [each.name for each in table.parameters], "" if turns else "_"),
+        rows=_record_rows(kernel, parameter_names(table), "" if turns else "_"),
         signal_rows=len(outputs),
         close=kernel.close,
         fill=kernel.fill,
@@ -182,17 +188,24 @@ def _range(first: float, last: float) -> Window:
     return Window("range", words, "interval", needs_stroke=False, start=start, stop=stop)
 
 
-def _parameters(table: LinkageTable) -> list[Parameter]:
-    return [
-        Parameter(p.name, p.unit, p.meaning or p.name.replace("_", " "), p.default, p.lower, p.upper)
-        for p in table.parameters
-    ]
+def _parameters(table: LinkageTable) -> Iterator[Parameter]:
+    for p in table.parameters:
+        yield Parameter(
+            p.name, p.unit, p.meaning or p.name.replace("_", " "), p.default,
+            max(p.lower, 0.0) if p.unit in _AMOUNTS else p.lower, p.upper,
+            zero_meaning="none" if p.unit in _AMOUNTS else "",
+            affects="motion" if p.name in table.moving_names else "load",
+        )  # fmt: skip
+    is_dynamic = SPEED in parameter_names(table)
+    words = "constant crank velocity"
+    yield Parameter(SPEED, "rad/s", words, default=1.0, scales_speed=True, is_dynamic=is_dynamic)
 
 
 def _zero_means(table: LinkageTable, signals: Sequence[Signal], change: str) -> frozenset[tuple[str, str]]:
     """Signals and windows of a mean of exactly 0: rates over the turn, and the change of the output over a stroke."""
     rates = [(signal.name, "cycle") for signal in signals if _returns(signal.name, table)]
-    return frozenset([*rates, *((change, window) for window in ("drive", "return", *_STROKES))])
+    balanced = [(name, "cycle") for name in balanced_signals(table)]
+    return frozenset([*rates, *balanced, *((change, window) for window in ("drive", "return", *_STROKES))])
 
 
 def _last_mover(table: LinkageTable) -> tuple[str, str]:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from explore.mechanisms.linkages.load_signals import load_panels
 from explore.mechanisms.linkages.table import FRAME, Body, Coordinate, LinkageTable, Place, Slot
 from explore.model.drawing import Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.quantities import Signal
@@ -122,7 +123,7 @@ def free_points(table: LinkageTable) -> list[str]:
 
 
 def linkage_panels(table: LinkageTable, signals: Sequence[Signal]) -> tuple[Panel, ...]:
-    """Panels of a motion: of the slots, of the links, then of the points that are no joints."""
+    """Panels of a motion: of the slots, of the links, of the points that are no joints, then under load."""
     names = {signal.name for signal in signals}
     panels = [
         Panel(f"{name} {word}", (f"{name}_{word}",))
@@ -133,4 +134,4 @@ def linkage_panels(table: LinkageTable, signals: Sequence[Signal]) -> tuple[Pane
     for point in free_points(table):
         panels += [Panel(f"{point} {label}", tuple(f"{point}_{each}" for each in parts)) for label, parts in _PANELS]
     joints = tuple(signal.name for signal in signals if signal.name.endswith("_transmission_angle"))
-    return (*panels, *([Panel("transmission angle", joints)] if joints else []))
+    return (*panels, *([Panel("transmission angle", joints)] if joints else []), *load_panels(table))

@@ -12,9 +12,11 @@ from explore.mechanisms.linkages import page_code, statuses, vector_code
 from explore.mechanisms.linkages.closing import CLOSING_SIGNATURE, Sizes, close_designs
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number, Series
+from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.native_code import NativeFunction
 from explore.mechanisms.linkages.operations import OPERATE_SIGNATURE, operate
 from explore.mechanisms.linkages.programs import Program, Rows
+from explore.mechanisms.linkages.table import LinkageTable
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,7 @@ def make_kernel(
     links: Sequence[str],
     joints: Sequence[str],
     rate: Sequence[Number],
+    squares: Sequence[Series],
     *,
     tells_reach: bool,
 ) -> Kernel:
@@ -56,6 +59,8 @@ def make_kernel(
         Joints in the order of their statuses.
     rate
         The rate of the output, its slope and its size, if its reversals are asked for; else none.
+    squares
+        Squares of distances that signals divide by, beside those of the equations.
     tells_reach
         Whether the intervals at which a design assembles that does not turn are asked for.
     """
@@ -63,14 +68,15 @@ def make_kernel(
     rows.add(outputs)
     rows.add_parameters(outputs)
     status = rows.count
-    of_nodes = {"check": _check_rows(equations), "direct": _direction_rows(equations, links), "rate": rate}
+    functions = [*_functions(equations), *squares]
+    of_nodes = {"check": _check_rows(equations, functions), "direct": _direction_rows(equations, links), "rate": rate}
     for others in of_nodes.values():
         rows.add(others)
-    parameters = {p.name: row for row, p in enumerate(equations.table.parameters, status + 1)}
+    parameters = {name: row for row, name in enumerate(parameter_names(equations.table), status + 1)}
     factors = len(equations.factors)
     sizes = Sizes(
-        factors, factors + len(equations.squares), len(links), rows.count, status, status + 1 + len(parameters),
-        _are_harmonic(equations), int(bool(rate)), int(tells_reach),
+        factors, len(functions), len(links), rows.count, status, status + 1 + len(parameters),
+        _are_harmonic(functions), int(bool(rate)), int(tells_reach),
     )  # fmt: skip
     closing = _Closing(
         sizes,
@@ -83,20 +89,25 @@ def make_kernel(
     return Kernel(close, _fill_function(fill), _fill_function(disturbed, is_disturbed=True), status)
 
 
+def parameter_names(table: LinkageTable) -> list[str]:
+    """The parameters of a record, in the order of their rows."""
+    is_dynamic = table.loads is not None and table.loads.is_dynamic
+    return [*(parameter.name for parameter in table.parameters), *([SPEED] if is_dynamic else [])]
+
+
 def _functions(equations: Equations) -> list[Series]:
     """What must not vanish: the factors, then the squares of distances."""
     return [*(factor.value for factor in equations.factors), *equations.squares]
 
 
-def _are_harmonic(equations: Equations) -> int:
+def _are_harmonic(functions: Sequence[Series]) -> int:
     """Whether all functions are first harmonics of the angle, as those of a single dyad on the driver."""
-    return int(all(function.terms[0].order <= 1 for function in _functions(equations)))
+    return int(all(function.terms[0].order <= 1 for function in functions))
 
 
-def _check_rows(equations: Equations) -> list[Number]:
+def _check_rows(equations: Equations, functions: Sequence[Series]) -> list[Number]:
     """The rows that `turning` takes."""
     zero = equations.graph.constant(0.0)
-    functions = _functions(equations)
     return [
         *(function.terms[0] for function in functions),
         *(function.terms[1] for function in functions),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from explore.mechanisms.linkages.expressions import evaluate_coordinate
+from explore.mechanisms.linkages.load_signals import load_formulas
 from explore.mechanisms.linkages.reaches import MOST_REACHES
 from explore.mechanisms.linkages.table import Coordinate, LinkageTable
 from explore.mechanisms.overall_size import declare_size
@@ -36,7 +37,8 @@ def declare_formulas(
     `output` is a link or a slot, or a point whose place along an axis counts.
     """
     names = [signal.name for signal in signals]
-    return (*_transmission_angle(names, window), *_stroke(names, output, axis, window), *_size(table, window))
+    motion = (*_transmission_angle(names, window), *_stroke(names, output, axis, window), *_size(table, window))
+    return (*motion, *load_formulas(table))
 
 
 def _transmission_angle(names: Sequence[str], window: str) -> tuple[Formula, ...]:
@@ -77,7 +79,7 @@ def _size(table: LinkageTable, window: str) -> tuple[Formula, ...]:
     """The box around all positions of all points, along the axes of the frame."""
     fixed = dict(table.frame.points)
     moving = [point for point in table.points if point not in fixed]
-    names = tuple(parameter.name for parameter in table.parameters)
+    names = tuple(parameter.name for parameter in table.parameters if parameter.name in table.moving_names)
     inputs = (
         *names,
         *(f"{point}_{axis}_{end}_{window}" for point in moving for axis in ("x", "y") for end in ("min", "max")),

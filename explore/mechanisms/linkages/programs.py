@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from explore.mechanisms.linkages.graph import ANGLE, COSINE, SINE, VERSINES, Graph, Number, operands
-from explore.mechanisms.linkages.signals import REFERENCE
+from explore.mechanisms.linkages.trace import REFERENCE
 
 #: Operations that round nothing.
 EXACT = frozenset({"neg", "abs", "max", "maximum", "minimum"})

@@ -1,34 +1,14 @@
 """The signals of a linkage: of its points, links, slots and joints, each with its number of the graph."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number, Series
+from explore.mechanisms.linkages.load_signals import find_load_quantities
+from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.table import FRAME
 from explore.model.quantities import Signal
-
-#: Beginning of the names of inputs for the middle of a link's range (rad, ":0"), its cosine (":1") and sine (":2").
-REFERENCE = "@reference:"
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A signal, whose rows are not placed yet.
-
-    Attributes
-    ----------
-    signal
-        The declaration.
-    number
-        Its number of the graph, in rad and per radian.
-    link
-        The link of an angle; empty for other signals.
-    """
-
-    signal: Signal
-    number: Number
-    link: str = ""
 
 
 def find_quantities(equations: Equations) -> list[Quantity]:
@@ -48,7 +28,7 @@ def find_quantities(equations: Equations) -> list[Quantity]:
         name = f"{joint}_transmission_angle"
         signal = Signal(name, "deg", f"transmission angle at {joint}", -1, 1)
         result.append(Quantity(signal, sine.call("arctangent", cosine)))
-    return result
+    return [*result, *find_load_quantities(equations)]
 
 
 def _of_point(point: str, equations: Equations) -> Iterator[Quantity]:
@@ -80,14 +60,9 @@ def _of_point(point: str, equations: Equations) -> Iterator[Quantity]:
 
 
 def _of_link(link: str, equations: Equations) -> Iterator[Quantity]:
-    graph = equations.graph
-    cosine, sine = equations.directions[link]
-    middle, to_cosine, to_sine = (graph.input(f"{REFERENCE}{link}:{part}") for part in range(3))
-    c, s = cosine.terms[0], sine.terms[0]
-    angle = middle + (s * to_cosine - c * to_sine).call("arctangent", c * to_cosine + s * to_sine)
-    yield replace(_quantity(f"{link}_angle", "deg", f"angle of {link}", angle), link=link)
-    for order, (word, unit) in enumerate((("velocity", "rad/s"), ("acceleration", "rad/s^2")), 1):
-        rate = c * sine.terms[order] - s * cosine.terms[order]
+    yield replace(_quantity(f"{link}_angle", "deg", f"angle of {link}", equations.angle_of(link)), links=(link,))
+    rates = zip(("velocity", "acceleration"), ("rad/s", "rad/s^2"), equations.turning_of(link), strict=True)
+    for order, (word, unit, rate) in enumerate(rates, 1):
         # The angle of a link that turns fully is not the same after a turn, so its rate has a mean.
         below = "" if order == 1 else f"{link}_velocity"
         yield _quantity(f"{link}_{word}", unit, f"angular {word} of {link}", rate, order, below)

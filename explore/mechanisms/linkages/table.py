@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 #: The body that does not move.
 FRAME = "frame"
@@ -83,6 +84,77 @@ class Slide:
     direction: Place
 
 
+@dataclass(frozen=True)
+class Mass:
+    """The mass of a link, or at a point.
+
+    Attributes
+    ----------
+    owner
+        The link or the point.
+    mass
+        In kg.
+    centroid
+        A point of the link, or a place in its coordinates; that of a mass at a point is the point.
+    inertia
+        Moment of inertia about the centroid, kg m^2.
+    """
+
+    owner: str
+    mass: Coordinate
+    centroid: str | Place
+    inertia: Coordinate
+
+
+@dataclass(frozen=True)
+class PointForce:
+    """A force at a point, N along the axes of the frame."""
+
+    point: str
+    force: Place
+
+
+@dataclass(frozen=True)
+class Element:
+    """A spring, a damper or a torque.
+
+    Attributes
+    ----------
+    kind
+        "spring", "damper" or "torque".
+    name
+        Its name in the table.
+    ends
+        What it acts between: two points, along the line through them; a slot, along it; or a link, about the frame or
+        about a second link.
+    size
+        The torque counter-clockwise on the first link, or the rate: in N/m, N s/m, N m/rad, N m s/rad or N m.
+    rest
+        Length, position or angle at which a spring is relaxed, mm or deg.
+    """
+
+    kind: Literal["spring", "damper", "torque"]
+    name: str
+    ends: tuple[str, ...]
+    size: Coordinate
+    rest: Coordinate | None = None
+
+
+@dataclass(frozen=True)
+class Loads:
+    """What acts on a linkage besides its drive; gravity in m/s^2 along the axes of the frame, None for none."""
+
+    gravity: Place | None = None
+    masses: tuple[Mass, ...] = ()
+    forces: tuple[PointForce, ...] = ()
+    elements: tuple[Element, ...] = ()
+
+    @property
+    def is_dynamic(self) -> bool:
+        """Whether the speed changes them."""
+        return bool(self.masses) or any(element.kind == "damper" for element in self.elements)
+
+
 def carrier(body: str, slides: Iterable[Slide]) -> str:
     """The body that a body turns with: links that only translate turn with what they slide on."""
     found = {slide.link: slide.body for slide in slides}
@@ -120,13 +192,15 @@ class LinkageTable:
     slots, slides
         Pins on lines, and links that only translate.
     parameters
-        All parameters of coordinates, in the order of their first use.
+        All parameters of coordinates and loads, in the order of their first use.
     signs
         Side of each joint or slot that has two: 1 left, positive or far, -1 right, negative or near.
     travel
         Positions in the driven slot at input angles of 0 and 180 deg, mm; between them the pin moves as a sine.
     limits
         First and last input angle, deg, of a driver that does not turn fully; None for the full turn.
+    loads
+        Masses and forces; None for a linkage without.
     """
 
     driver: str
@@ -139,6 +213,7 @@ class LinkageTable:
     signs: tuple[tuple[str, int], ...] = ()
     travel: Place | None = None
     limits: tuple[float, float] | None = None
+    loads: Loads | None = None
 
     @property
     def bodies(self) -> Iterator[Body]:
@@ -180,12 +255,28 @@ class LinkageTable:
         return replace(self, frame=bodies[FRAME], links=links, slots=others)
 
     @cached_property
+    def moving_names(self) -> frozenset[str]:
+        """The parameters that the motion depends on."""
+        parts = (self.frame, self.links, self.slots, self.slides, self.travel)
+        return frozenset(_names(parts))
+
+    @cached_property
     def digest(self) -> str:
         """A hash of everything that the motion, its signals and their names follow from."""
-        *others, limits = [_plain(getattr(self, field.name)) for field in fields(self)]
-        # Results of before there were limits name their mechanism by a hash without them.
-        content = (*others, limits) if limits else tuple(others)
+        *others, limits, loads = [_plain(getattr(self, field.name)) for field in fields(self)]
+        # Results of before there were limits or loads name their mechanism by a hash without them.
+        content = (*others, *(part for part in (limits, loads) if part))
         return hashlib.sha256(repr(content).encode()).hexdigest()
+
+
+def _names(value: object) -> Iterator[str]:
+    """The parameters of all coordinates in nested parts of a table."""
+    if isinstance(value, Coordinate):
+        yield from value.names
+    elif is_dataclass(value):
+        yield from (name for field in fields(value) for name in _names(getattr(value, field.name)))
+    elif isinstance(value, tuple):
+        yield from (name for each in value for name in _names(each))
 
 
 def _plain(value: object) -> object:

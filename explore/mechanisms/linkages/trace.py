@@ -10,6 +10,9 @@ from explore.mechanisms.linkages.steps import SlideLine
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, Place, Slide, Slot
 from explore.mechanisms.linkages.vectors import Local, Vector, dot, larger, length, minus
 
+#: Beginning of the names of inputs for the middle of a link's range (rad, ":0"), its cosine (":1") and sine (":2").
+REFERENCE = "@reference:"
+
 
 @dataclass(frozen=True)
 class Factor:
@@ -91,6 +94,29 @@ class Trace:
         """The place of the pin from the first end of a slot towards the second, mm."""
         start, direction = self._line(slot)
         return dot(minus(self.points[slot.pin], start), direction)
+
+    def slot_direction(self, slot: Slot) -> Vector:
+        """The unit vector along a slot."""
+        return self._line(slot)[1]
+
+    def place_of(self, body: str, local: Place) -> Vector:
+        """A place in the coordinates of a body as one in the plane, mm."""
+        return self._in_plane(body, self._read(local))
+
+    def angle_of(self, link: str) -> Number:
+        """The angle of a link, rad, within half a turn of the middle of its range."""
+        cosine, sine = (part.terms[0] for part in self.directions[link])
+        middle, to_cosine, to_sine = (self.graph.input(f"{REFERENCE}{link}:{part}") for part in range(3))
+        x, y = cosine * to_cosine + sine * to_sine, sine * to_cosine - cosine * to_sine
+        return middle + y.call("arctangent", x)
+
+    def turning_of(self, body: str) -> tuple[Number, Number]:
+        """First and second derivative of the angle of a body by the input angle."""
+        cosine, sine = self.directions[body]
+        if cosine is self._angle.cosine:
+            return self.graph.constant(1.0), self.graph.constant(0.0)
+        first, second = (cosine.terms[0] * sine.terms[k] - sine.terms[0] * cosine.terms[k] for k in (1, 2))
+        return first, second
 
     # coordinates of the design
 

@@ -4,7 +4,16 @@ import math
 from typing import Any
 
 from explore.mechanisms.linkages.steps import find_steps
-from explore.mechanisms.linkages.table import Body, Coordinate, LinkageTable, Place, TableParameter
+from explore.mechanisms.linkages.table import (
+    Body,
+    Coordinate,
+    Element,
+    LinkageTable,
+    Loads,
+    Mass,
+    Place,
+    TableParameter,
+)
 from explore.studies.linkages.branch import two_sided, words_of
 from explore.studies.linkages.coordinates import ZERO, text_of
 
@@ -32,9 +41,45 @@ def content_of(table: LinkageTable) -> dict[str, Any]:
         },
         "slides": {slide.link: {"link": slide.body, "direction": _pair(slide.direction)} for slide in table.slides},
         "branch": {name: words_of(sides[name])[sign < 0] for name, sign in table.signs},
-        "parameters": {p.name: declared for p in table.parameters if (declared := _declared(p))},
+        "loads": _loads(table.loads) if table.loads else {},
+        "parameters": {
+            p.name: declared
+            for p in table.parameters
+            if (declared := _declared(p, tells_unit=p.name not in table.moving_names or p.unit == "1"))
+        },
     }
     return {name: part for name, part in parts.items() if part}
+
+
+def _loads(loads: Loads) -> dict[str, Any]:
+    """The section of the loads."""
+    parts: dict[str, Any] = {
+        "gravity": _pair(loads.gravity) if loads.gravity else [],
+        "masses": {mass.owner: _mass(mass) for mass in loads.masses},
+        "forces": {force.point: _pair(force.force) for force in loads.forces},
+        "torques": {each.name: _torque(each) for each in loads.elements if each.kind == "torque"},
+        "springs": {each.name: _spring(each) for each in loads.elements if each.kind == "spring"},
+        "dampers": {each.name: _spring(each) for each in loads.elements if each.kind == "damper"},
+    }
+    return {name: part for name, part in parts.items() if part}
+
+
+def _mass(mass: Mass) -> Any:
+    if mass.centroid == mass.owner:
+        return _number(mass.mass)
+    centroid = mass.centroid if isinstance(mass.centroid, str) else _pair(mass.centroid)
+    inertia = {} if mass.inertia == ZERO else {"inertia": _number(mass.inertia)}
+    return {"mass": _number(mass.mass), "centroid": centroid, **inertia}
+
+
+def _torque(element: Element) -> Any:
+    size = _number(element.size)
+    return size if len(element.ends) == 1 else {"torque": size, "against": element.ends[1]}
+
+
+def _spring(element: Element) -> dict[str, Any]:
+    ends = element.ends[0] if len(element.ends) == 1 else list(element.ends)
+    return {"between": ends, "rate": _number(element.size)} | ({"rest": _number(element.rest)} if element.rest else {})
 
 
 def _points(body: Body) -> dict[str, Any]:
@@ -56,7 +101,7 @@ def _whole(value: float) -> float:
     return int(value) if value.is_integer() and abs(value) < _LARGEST_WHOLE else value
 
 
-def _declared(parameter: TableParameter) -> dict[str, Any]:
+def _declared(parameter: TableParameter, *, tells_unit: bool) -> dict[str, Any]:
     """What [linkage.parameters] has to say of a parameter; empty where its use says everything."""
     stated = {
         "default": parameter.default,
@@ -65,4 +110,4 @@ def _declared(parameter: TableParameter) -> dict[str, Any]:
         "meaning": parameter.meaning or None,
     }
     given = {name: value for name, value in stated.items() if value is not None}
-    return {"unit": parameter.unit, **given} if given or parameter.unit == "1" else {}
+    return {"unit": parameter.unit, **given} if given or tells_unit else {}

@@ -66,6 +66,11 @@ def read_angle(entry: object, key: KeyPath, problems: Problems) -> Coordinate:
     return _coordinate(entry, key, problems, "a number or an expression", "deg")
 
 
+def read_amount(entry: object, key: KeyPath, problems: Problems, unit: str) -> Coordinate:
+    """A number in a unit, or an expression."""
+    return _coordinate(entry, key, problems, "a number or an expression", unit)
+
+
 def turned(place: Place, angle: Coordinate, key: KeyPath, problems: Problems) -> Place:
     """A place turned about the origin by an angle, deg."""
     (x, y), (cosine, sine) = place, (_of_angle(angle, function) for function in ("cos", "sin"))

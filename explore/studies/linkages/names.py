@@ -2,14 +2,13 @@
 
 import re
 
+from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.table import FRAME
 from explore.model.quantities import OUTPUT_STATISTICS, STATISTICS
 from explore.studies.request.formula_text import RESERVED
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _LONGEST_NAME = 40
-#: The parameter that every linkage has: the speed of its driver.
-SPEED = "speed"
 #: Endings of the signals of points, links, slots and joints.
 _SIGNALS = ("x", "y", "velocity", "acceleration", "curvature", "angle", "position")
 #: Endings of statistics of signals, of windows, and of columns that results add.
@@ -21,7 +20,8 @@ _WHOLE = (
     *OUTPUT_STATISTICS, "time_ratio", "swing_angle", "stroke", "footprint", "cycle", "range", "drive", "return",
     "forward", "backward", "interval", "assembly_intervals",
     "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
-    "alike", "transmission_angle",
+    "alike", "transmission_angle", "drive_torque", "drive_power", "positive_power", "friction_power", "positive_work",
+    "net_work",
 )  # fmt: skip
 
 

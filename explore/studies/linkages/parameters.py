@@ -7,16 +7,22 @@ from typing import Any
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
+from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.table import Coordinate, LinkageTable, TableParameter
 from explore.studies.linkages.coordinates import uses_of
-from explore.studies.linkages.names import SPEED, reason_against
+from explore.studies.linkages.names import reason_against
 from explore.studies.linkages.structure import SECTION, Structure
 
 _KEYS = ("unit", "default", "min", "max", "meaning")
-_UNITS = ("mm", "deg", "1")
+#: Units that a parameter can be declared in, first of coordinates, then of loads.
+_UNITS = (
+    "mm", "deg", "1", "kg", "kg m^2", "N", "N m", "N/m", "N m/rad", "N s/m", "N m s/rad", "m/s^2",
+)  # fmt: skip
 
-#: A coordinate, and its key.
-Located = tuple[Coordinate, KeyPath]
+_KINDS = {"mm": "a length", "deg": "an angle"}
+
+#: A coordinate, its key and its unit.
+Located = tuple[Coordinate, KeyPath, str]
 
 
 def located_coordinates(structure: Structure) -> Iterator[Located]:
@@ -26,14 +32,14 @@ def located_coordinates(structure: Structure) -> Iterator[Located]:
             SECTION, "links", body.name,
         )  # fmt: skip
         for point, place in body.points:
-            yield from ((coordinate, (*base, point)) for coordinate in place)
+            yield from ((coordinate, (*base, point), "mm") for coordinate in place)
     for slot in structure.slots:
         for number, end in enumerate(slot.along):
             key = (SECTION, "slots", slot.name, "along", number)
-            yield from ((coordinate, key) for coordinate in end if isinstance(coordinate, Coordinate))
+            yield from ((coordinate, key, "mm") for coordinate in end if isinstance(coordinate, Coordinate))
     for slide in structure.slides:
-        yield from ((coordinate, (SECTION, "slides", slide.link, "direction")) for coordinate in slide.direction)
-    yield from ((coordinate, (SECTION, "travel")) for coordinate in structure.travel or ())
+        yield from ((coordinate, (SECTION, "slides", slide.link, "direction"), "mm") for coordinate in slide.direction)
+    yield from ((coordinate, (SECTION, "travel"), "mm") for coordinate in structure.travel or ())
 
 
 def read_parameters(
@@ -48,17 +54,14 @@ def read_parameters(
     taken
         What points and slots are, by name; a parameter has another name.
     """
-    units: dict[str, str] = {}
+    units: dict[str, set[str]] = {}
     found: dict[str, KeyPath] = {}
-    for coordinate, key in coordinates:
-        lengths, angles = uses_of(coordinate)
+    for coordinate, key, unit in coordinates:
         for name in coordinate.names:
             found.setdefault(name, key)
-            if name not in lengths | angles:  # as in "0 * r": of no unit of its own
-                continue
-            unit = "both" if name in lengths & angles else "deg" if name in angles else "mm"
-            if units.setdefault(name, unit) != unit:
-                units[name] = "both"
+            units.setdefault(name, set())
+        for name, told in _told_units(coordinate, unit):
+            units[name].add(told)
     for name, key in found.items():
         if reason := reason_against(name) or (f"{name} is also the name of {taken[name]}" if name in taken else ""):
             problems.append((key, f"the parameter {format_value(name)}: {reason}"))
@@ -66,12 +69,21 @@ def read_parameters(
         if name not in found:
             hint = suggestion(name, found) if found else "no coordinate has a parameter"
             problems.append(((SECTION, "parameters", name), f"is never used; {hint}"))
-    return tuple(
-        _parameter(name, units.get(name, "mm"), declared.get(name, {}), found[name], problems) for name in found
-    )
+    return tuple(_parameter(name, units[name], declared.get(name, {}), found[name], problems) for name in found)
 
 
-def _parameter(name: str, unit: str, entry: object, use: KeyPath, problems: Problems) -> TableParameter:
+def _told_units(coordinate: Coordinate, unit: str) -> Iterator[tuple[str, str]]:
+    """Parameters with the units in which a coordinate uses them; of a load only one that stands alone."""
+    lengths, angles = uses_of(coordinate)
+    yield from ((name, "deg") for name in angles)
+    is_alone = {operation for operation, _ in coordinate.steps} <= {"input", "negate"}
+    if unit == "mm" or is_alone:
+        yield from ((name, unit) for name in lengths)
+    if unit == "mm":  # as in "0 * r": of no unit of its own
+        yield from ((name, "mm") for name in coordinate.names if name not in lengths | angles)
+
+
+def _parameter(name: str, units: set[str], entry: object, use: KeyPath, problems: Problems) -> TableParameter:
     key: KeyPath = (SECTION, "parameters", name)
     if not isinstance(entry, Mapping):
         problems.append((key, f'must be a table such as {{ unit = "1" }}, got {format_value(entry)}'))
@@ -79,15 +91,19 @@ def _parameter(name: str, unit: str, entry: object, use: KeyPath, problems: Prob
     problems += [
         ((*key, str(word)), f"unknown key; {suggestion(str(word), _KEYS)}") for word in entry if word not in _KEYS
     ]
-    given = entry.get("unit", unit if unit != "both" else "")
-    if unit == "both" and given != "1":
+    unit = next(iter(units)) if len(units) == 1 else ""
+    given = entry.get("unit", unit)
+    if len(units) > 1 and given != "1":
+        uses = [_KINDS.get(each, f"in {each}") for each in sorted(units, reverse=True)]
         advice = f'if it is a plain number, write {name} = {{ unit = "1" }} in [linkage.parameters]'
-        problems.append((use, f"{name} is a length here or elsewhere, and an angle as well; {advice}"))
+        problems.append((use, f"{name} is {uses[0]} here or elsewhere, and {uses[1]} as well; {advice}"))
+    elif not units and "unit" not in entry:
+        advice = f'write it, such as {name} = {{ unit = "kg" }}, in [linkage.parameters]'
+        problems.append((use, f"the unit of {name} does not follow from expressions of loads; {advice}"))
     elif given not in _UNITS:
-        problems.append(((*key, "unit"), f'must be "mm", "deg" or "1", got {format_value(given)}'))
-    elif given not in ("1", unit) and unit != "both":
-        kind = {"mm": "a length", "deg": "an angle"}[unit]
-        problems.append(((*key, "unit"), f'coordinates use it as {kind}; write "{unit}" or "1"'))
+        problems.append(((*key, "unit"), f"must be one of {', '.join(_UNITS)}, got {format_value(given)}"))
+    elif unit and given not in ("1", unit):
+        problems.append(((*key, "unit"), f'it is used as {_KINDS.get(unit, f"in {unit}")}; write "{unit}" or "1"'))
     unit = given if given in _UNITS else "mm"
     numbers: dict[str, float] = {}
     for word in ("default", "min", "max"):
@@ -114,7 +130,7 @@ def note_unused(table: LinkageTable, entries: Mapping[str, Any], problems: Probl
     for name in entries:
         if name not in used and name != SPEED:
             hint = suggestion(str(name), [*used, SPEED])
-            problems.append((("parameters", str(name)), f"no coordinate of [linkage] uses it; {hint}"))
+            problems.append((("parameters", str(name)), f"nothing in [linkage] uses it; {hint}"))
 
 
 def rough_values(

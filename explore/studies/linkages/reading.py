@@ -11,6 +11,7 @@ from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
 from explore.mechanisms.linkages.table import FRAME, LinkageTable
 from explore.studies.linkages.branch import note_missing, read_branch, two_sided
 from explore.studies.linkages.copies import add_copies
+from explore.studies.linkages.loads import LoadReader
 from explore.studies.linkages.parallel_lines import note_parallel_lines
 from explore.studies.linkages.parameters import located_coordinates, read_parameters, rough_values
 from explore.studies.linkages.sketch import Sketch
@@ -18,7 +19,7 @@ from explore.studies.linkages.structure import SECTION, Structure, note_loose_li
 
 _KEYS = (
     "driver", "travel", "range", "output", "frame", "links", "slots", "slides", "copies", "branch", "sketch",
-    "parameters",
+    "parameters", "loads",
 )  # fmt: skip
 #: A turn of the crank, deg.
 _TURN = 360.0
@@ -70,10 +71,12 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems) -> Li
     driver = _driver(section, structure, problems)
     _add_copies(structure, driver, read_part(section, "copies", problems))
     output = _output(section, driver, structure, problems)
-    coordinates = list(located_coordinates(structure))
+    reader = LoadReader(structure, driver)
+    loads = reader.read(read_part(section, "loads", problems))
+    coordinates = [*located_coordinates(structure), *reader.coordinates]
     taken = dict.fromkeys(structure.points, "a point") | {slot.name: "a slot" for slot in structure.slots}
     parameters = read_parameters(read_part(section, "parameters", problems), coordinates, taken, problems)
-    steps = sum(len(coordinate.steps) for coordinate, _ in coordinates)
+    steps = sum(len(coordinate.steps) for coordinate, _, _ in coordinates)
     if not parameters and len(problems) == before:
         problems.append(((SECTION,), 'no coordinate has a parameter; give one length a name, such as A = "crank"'))
     for count, most, what in (
@@ -85,7 +88,7 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems) -> Li
     note_loose_links(structure)
     table = LinkageTable(
         driver, output, structure.bodies[FRAME], structure.links, tuple(structure.slots), tuple(structure.slides),
-        parameters, travel=structure.travel, limits=_limits(section, problems),
+        parameters, travel=structure.travel, limits=_limits(section, problems), loads=loads,
     )  # fmt: skip
     return _with_signs(table, section, entries, structure.copied, problems) if len(problems) == before else None
 
@@ -211,8 +214,9 @@ def _with_signs(
     before = len(problems)
     signs = read_branch(read_part(section, "branch", problems), table, sides, problems)
     if "sketch" in section:
-        values = rough_values(table.parameters, entries, problems)
-        if len(values) < len(table.parameters):
+        moving = tuple(p for p in table.parameters if p.name in table.moving_names)
+        values = rough_values(moving, entries, problems)
+        if len(values) < len(moving):
             return None
         sketch = Sketch.read(read_part(section, "sketch", problems), table, steps, values, problems)
         if sketch is not None:

@@ -22,6 +22,7 @@ _EXAMPLES = {
     "copies": "b = 120",
     "branch": 'B = "left of A C"',
     "sketch": "crank_angle = 40",
+    "loads": "gravity = [0, -9.81]",
     "parameters": 'k = { unit = "1" }',
 }
 _SLOT_KEYS, _SLIDE_KEYS = ("pin", "link", "along"), ("link", "direction")

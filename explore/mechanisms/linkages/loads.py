@@ -1,0 +1,190 @@
+"""Loads of a linkage as numbers of its graph: forces at points and on bodies, and the torque of the drive by power.
+
+With a prime for derivatives by the input angle, w the speed of the input and g gravity, the drive balances the power of
+inertia, weights and all other loads, which is divided by w::
+
+    T = sum m (w^2 c'' - g).c' + sum J w^2 phi'' phi' - sum F.p' - sum M phi' - sum f q'
+
+with c the centroids, phi the angles of links, p the points of forces, and q the length, position or angle that a spring
+or a damper acts on with the force f. Forces are in N and lengths in mm, so sums of powers are in N mm.
+"""
+
+import math
+from collections import defaultdict
+
+from explore.mechanisms.linkages.equations import Equations
+from explore.mechanisms.linkages.expressions import read_expression
+from explore.mechanisms.linkages.graph import Number, Series
+from explore.mechanisms.linkages.table import Coordinate, Element, Loads, Mass, Place
+from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minus
+
+#: The parameter that the speed of the driver is, rad/s.
+SPEED = "speed"
+#: Meters in a millimeter.
+_METERS = 1e-3
+
+
+class Loading:
+    """The loads of a linkage.
+
+    Attributes
+    ----------
+    on_pins
+        Forces on each pin, N: with the weight and the inertia of a mass there.
+    on_bodies
+        Forces on each body, N, with their places, mm: with its weight and its inertia.
+    moments
+        Moments on each body, N mm.
+    angles
+        Links whose angles the loads depend on.
+    squares
+        Squares of distances that are divided by.
+    """
+
+    def __init__(self, equations: Equations, loads: Loads) -> None:
+        self._equations, self._graph = equations, equations.graph
+        self._zero = self._graph.constant(0.0)
+        self._speed = self._graph.input(SPEED) if loads.is_dynamic else self._zero
+        self._power, self._loss = self._zero, self._zero
+        self.on_pins: dict[str, list[Local]] = defaultdict(list)
+        self.on_bodies: dict[str, list[tuple[Local, Local]]] = defaultdict(list)
+        self.moments: dict[str, list[Number]] = defaultdict(list)
+        self.angles: list[str] = []
+        self.squares: list[Series] = []
+        gravity = loads.gravity
+        self._gravity = (
+            (self._zero, self._zero) if gravity is None else (self._read(gravity[0]), self._read(gravity[1]))
+        )
+        for mass in loads.masses:
+            self._add_mass(mass)
+        for force in loads.forces:
+            self._push(force.point, self._read_pair(force.force))
+        for element in loads.elements:
+            self._add_element(element)
+
+    @property
+    def torque(self) -> Number:
+        """The torque of the drive, N m; where a pin is driven, its power over the speed."""
+        return -self._power * _METERS
+
+    @property
+    def loss(self) -> Number:
+        """The power that dampers take, over the speed, N m."""
+        return self._loss * _METERS
+
+    def _read(self, coordinate: Coordinate) -> Number:
+        return read_expression(self._graph, coordinate)
+
+    def _read_pair(self, pair: Place) -> Local:
+        return self._read(pair[0]), self._read(pair[1])
+
+    # inertia and forces at places
+
+    def _add_mass(self, mass: Mass) -> None:
+        """Weight and inertia, as forces at the centroid and a moment."""
+        equations, amount = self._equations, _not_negative(mass.mass, self._read(mass.mass))
+        is_link = mass.owner in equations.table.body_of
+        if not is_link or isinstance(mass.centroid, str):
+            place = equations.points[mass.centroid if isinstance(mass.centroid, str) else mass.owner]
+        else:
+            place = equations.place_of(mass.owner, mass.centroid)
+        square = self._speed * self._speed
+        x, y = (amount * (g - part.terms[2] * square * _METERS) for g, part in zip(self._gravity, place, strict=True))
+        self._work((x, y), place)
+        if not is_link:
+            self.on_pins[mass.owner].append((x, y))
+            return
+        self.on_bodies[mass.owner].append(((place[0].terms[0], place[1].terms[0]), (x, y)))
+        first, second = equations.turning_of(mass.owner)
+        inertia = _not_negative(mass.inertia, self._read(mass.inertia))
+        self._turn(mass.owner, -(inertia * square * second), first)
+
+    def _push(self, point: str, force: Local) -> None:
+        """A force on a pin that does work."""
+        self._work(force, self._equations.points[point])
+        self.on_pins[point].append(force)
+
+    def _work(self, force: Local, place: Vector) -> None:
+        for part, coordinate in zip(force, place, strict=True):
+            self._power = self._power + part * coordinate.terms[1]
+
+    def _turn(self, body: str, torque: Number, rate: Number) -> None:
+        """A torque on a body, N m, that does work."""
+        moment = torque * (1.0 / _METERS)
+        self._power = self._power + moment * rate
+        self.moments[body].append(moment)
+
+    # springs, dampers and torques
+
+    def _add_element(self, element: Element) -> None:
+        if len(element.ends) == 2 and element.ends[0] in self._equations.points:
+            self._add_between_points(element)
+        elif element.ends[0] in self._equations.table.body_of:
+            self._add_between_links(element)
+        else:
+            self._add_along_slot(element)
+
+    def _add_between_points(self, element: Element) -> None:
+        """A force that pulls two points towards each other."""
+        first, second = element.ends
+        difference = minus(self._equations.points[second], self._equations.points[first])
+        square = dot(difference, difference)
+        if element.rest and self._read(element.rest).value == 0.0:  # no force where the points meet
+            pull = [self._read(element.size) * part.terms[0] * _METERS for part in difference]
+        else:
+            distance = length(difference)
+            self.squares.append(square)
+            size = self._force(element, distance.terms[0], distance.terms[1])
+            pull = [size * (part.terms[0] / distance.terms[0]) for part in difference]
+        x, y = pull
+        self._push(first, (x, y))
+        self._push(second, (-x, -y))
+
+    def _add_along_slot(self, element: Element) -> None:
+        """A force that pulls the pin of a slot back along it."""
+        equations = self._equations
+        slot = next(slot for slot in equations.table.slots if slot.name == element.ends[0])
+        position, direction = equations.slot_position(slot), equations.slot_direction(slot)
+        size = -self._force(element, position.terms[0], position.terms[1])
+        self._power = self._power + size * position.terms[1]
+        x, y = (size * part.terms[0] for part in direction)
+        self.on_pins[slot.pin].append((x, y))
+        px, py = (part.terms[0] for part in equations.points[slot.pin])
+        self.on_bodies[slot.body].append(((px, py), (-x, -y)))
+
+    def _add_between_links(self, element: Element) -> None:
+        """A torque on a link, with its reaction on a second one if there is one."""
+        rates = [self._equations.turning_of(link)[0] for link in element.ends]
+        if element.kind == "torque":
+            torque = self._read(element.size)
+        else:
+            rate = rates[0] - rates[1] if len(rates) == 2 else rates[0]
+            angle = self._zero
+            if element.kind == "spring":
+                self.angles.append(element.ends[0])
+                angle = self._equations.angle_of(element.ends[0])
+            torque = -self._resist(element, angle, rate, 1.0, math.radians(1.0))
+        for sign, link, rate in zip((1.0, -1.0), element.ends, rates, strict=False):
+            self._turn(link, torque * sign, rate)
+
+    def _force(self, element: Element, place: Number, rate: Number) -> Number:
+        """The force of a spring or a damper against its length or position, N."""
+        return self._resist(element, place, rate, _METERS, 1.0)
+
+    def _resist(self, element: Element, place: Number, rate: Number, unit: float, rest_unit: float) -> Number:
+        """What a spring or a damper resists with; its lengths or angles times `unit` are in m or rad."""
+        size = self._read(element.size)
+        if element.kind == "spring":
+            rest = self._read(element.rest) * rest_unit if element.rest else self._zero
+            return size * (place - rest) * unit
+        resistance = _not_negative(element.size, size) * rate * self._speed * unit
+        self._loss = self._loss + resistance * rate * (unit / _METERS)
+        return resistance
+
+
+def _not_negative(coordinate: Coordinate, number: Number) -> Number:
+    """The number, undefined where an expression is negative; ranges of parameters see to those that stand alone."""
+    if len(coordinate.steps) == 1:
+        return number
+    root = number.sqrt()
+    return root * root

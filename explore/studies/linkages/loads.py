@@ -1,0 +1,197 @@
+"""Read the section [linkage.loads]: masses, gravity, forces, torques, springs and dampers."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from explore.base.errors import KeyPath
+from explore.base.suggest import closest_name, format_value, suggestion
+from explore.mechanisms.linkages.table import FRAME, Coordinate, Element, Loads, Mass, PointForce, carrier
+from explore.studies.linkages.coordinates import ZERO, read_amount, read_pair
+from explore.studies.linkages.parameters import Located
+from explore.studies.linkages.structure import SECTION, Structure
+
+_EXAMPLES = {
+    "masses": "rod = { mass = 0.4, centroid = [50, 0], inertia = 0.0004 }",
+    "forces": "P = [0, -20]",
+    "torques": "rocker = 2.5",
+    "springs": 'return = { between = ["P", "Q"], rate = 400, rest = 60 }',
+    "dampers": 'brake = { between = "ram", rate = 20 }',
+}
+_KEYS = ("gravity", *_EXAMPLES)
+_MASS_KEYS = ("mass", "centroid", "inertia")
+_TORQUE_KEYS = ("torque", "against")
+#: Units of rates of springs and dampers, along a line and of an angle.
+_RATES = {"springs": ("N/m", "N m/rad"), "dampers": ("N s/m", "N m s/rad")}
+#: Largest number of entries of a part.
+_MOST_ENTRIES = 60
+
+
+class LoadReader:
+    """The loads of a structure, with their coordinates; problems are appended to those of the structure."""
+
+    def __init__(self, structure: Structure, driver: str) -> None:
+        self._structure, self._driver, self._problems = structure, driver, structure.problems
+        self._links = [link.name for link in structure.links]
+        self._slots = [slot.name for slot in structure.slots]
+        fixed = structure.bodies[FRAME].place_of
+        self._moving = [point for point in structure.points if point not in fixed]
+        self.coordinates: list[Located] = []
+
+    def read(self, entries: Mapping[str, Any]) -> Loads | None:
+        """The loads that a section describes; None where it is empty."""
+        key: KeyPath = (SECTION, "loads")
+        self._note_unknown(entries, key, _KEYS)
+        gravity = None
+        if "gravity" in entries:
+            gravity = self._pair(entries["gravity"], (*key, "gravity"), "m/s^2")
+        parts = {name: self._part(entries, name) for name in _EXAMPLES}
+        masses = tuple(self._mass(name, entry) for name, entry in parts["masses"].items())
+        forces = tuple(self._point_force(name, entry) for name, entry in parts["forces"].items())
+        elements = [self._torque(name, entry) for name, entry in parts["torques"].items()]
+        elements += [self._spring(kind, name, entry) for kind in _RATES for name, entry in parts[kind].items()]
+        if gravity is not None and not masses and not self._problems:
+            self._problems.append(((*key, "gravity"), "acts on masses, and there is none; write them in masses"))
+        return Loads(gravity, masses, forces, tuple(elements)) if masses or forces or elements else None
+
+    def _part(self, entries: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+        part, key = entries.get(name, {}), (SECTION, "loads", name)
+        if not isinstance(part, Mapping):
+            self._problems.append((key, f"must be a table such as {_EXAMPLES[name]}, got {format_value(part)}"))
+            return {}
+        if len(part) > _MOST_ENTRIES:
+            self._problems.append((key, f"has {len(part):,} entries; at most {_MOST_ENTRIES} are possible"))
+            return {}
+        return part
+
+    # kinds of loads
+
+    def _mass(self, name: str, entry: object) -> Mass:
+        key = (SECTION, "loads", "masses", name)
+        self._check_name(name, key, [*self._links, *self._moving], "link or moving point")
+        if name not in self._links:
+            return Mass(name, self._amount(entry, key, "kg"), name, ZERO)
+        given = self._table(entry, key, _MASS_KEYS, ("mass", "centroid"), "masses")
+        mass = self._amount(given.get("mass", 0), (*key, "mass"), "kg")
+        inertia = self._amount(given.get("inertia", 0), (*key, "inertia"), "kg m^2")
+        centroid, place = given.get("centroid", ""), (ZERO, ZERO)
+        points = self._structure.bodies[name].place_of
+        if isinstance(centroid, str):
+            if "centroid" in given:
+                self._check_name(centroid, (*key, "centroid"), points, f"point of {name}")
+            return Mass(name, mass, centroid, inertia)
+        place = read_pair(centroid, (*key, "centroid"), self._problems)
+        self.coordinates += [(coordinate, (*key, "centroid"), "mm") for coordinate in place]
+        return Mass(name, mass, place, inertia)
+
+    def _point_force(self, name: str, entry: object) -> PointForce:
+        key = (SECTION, "loads", "forces", name)
+        self._check_name(name, key, self._moving, "moving point")
+        return PointForce(name, self._pair(entry, key, "N"))
+
+    def _torque(self, name: str, entry: object) -> Element:
+        key = (SECTION, "loads", "torques", name)
+        self._check_name(name, key, self._links, "link")
+        ends: tuple[str, ...] = (name,)
+        if isinstance(entry, Mapping):
+            given = self._table(entry, key, _TORQUE_KEYS, _TORQUE_KEYS, "torques")
+            size = self._amount(given.get("torque", 0), (*key, "torque"), "N m")
+            if "against" in given:
+                ends = self._two_links(name, given["against"], (*key, "against"))
+        else:
+            size = self._amount(entry, key, "N m")
+        self._check_turns(ends, key)
+        return Element("torque", name, ends, size)
+
+    def _spring(self, kind: str, name: str, entry: object) -> Element:
+        key = (SECTION, "loads", kind, name)
+        keys = ("between", "rate", *(("rest",) if kind == "springs" else ()))
+        given = self._table(entry, key, keys, keys, kind)
+        ends = self._ends(given.get("between", ""), (*key, "between"), kind) if "between" in given else ()
+        turns = bool(ends) and ends[0] in self._links
+        if turns and kind == "springs" and ends[0] == self._driver:
+            reason = f"{ends[0]} turns with the crank angle, on which no spring acts; name another link"
+            self._problems.append(((*key, "between"), reason))
+        elif turns:
+            self._check_turns(ends, (*key, "between"))
+        size = self._amount(given.get("rate", 0), (*key, "rate"), _RATES[kind][turns])
+        rest = self._amount(given["rest"], (*key, "rest"), "deg" if turns else "mm") if "rest" in given else None
+        return Element("spring" if kind == "springs" else "damper", name, ends, size, rest)
+
+    # what they act on
+
+    def _ends(self, entry: object, key: KeyPath, kind: str) -> tuple[str, ...]:
+        """Two points; a slot; or a link, with a damper two."""
+        names = entry if isinstance(entry, list | tuple) else [entry]
+        if len(names) == 1 and isinstance(names[0], str):
+            self._check_name(names[0], key, [*self._slots, *self._links], "slot or link")
+            return (names[0],)
+        if len(names) != 2 or not all(isinstance(name, str) for name in names):
+            reason = f'must be a slot, a link or two points, such as ["P", "Q"], got {format_value(entry)}'
+            self._problems.append((key, reason))
+            return ()
+        first, second = map(str, names)
+        if kind == "dampers" and first in self._links:
+            return self._two_links(first, second, key)
+        for name in (first, second):
+            self._check_name(name, key, self._structure.points, "point")
+        shared = [body for body in self._structure.bodies.values() if {first, second} <= set(body.place_of)]
+        if shared:
+            self._problems.append((key, f"both are points of {shared[0].name}, so their distance does not change"))
+        return first, second
+
+    def _two_links(self, first: str, second: object, key: KeyPath) -> tuple[str, ...]:
+        others = [link for link in self._links if link != first]
+        self._check_name(second, key, others, "other link")
+        return first, str(second)
+
+    def _check_turns(self, ends: Sequence[str], key: KeyPath) -> None:
+        """Note links that do not turn against each other or against the frame; nothing of unknown ones."""
+        if not {*ends} <= {*self._links} or len({*ends}) < len(ends):
+            return
+        bodies = [*ends, FRAME][:2]
+        first, second = (carrier(body, self._structure.slides) for body in bodies)
+        if first == second:
+            self._problems.append((key, f"{bodies[0]} does not turn against {bodies[1]}; name another link"))
+
+    # entries
+
+    def _amount(self, entry: object, key: KeyPath, unit: str) -> Coordinate:
+        before = len(self._problems)
+        coordinate = read_amount(entry, key, self._problems, unit)
+        value = coordinate.steps[0][1]
+        if unit in ("kg", "kg m^2", "N s/m", "N m s/rad") and not coordinate.names and value < 0.0:
+            self._problems.append((key, f"must not be negative, got {value:g}"))
+        if len(self._problems) == before:
+            self.coordinates.append((coordinate, key, unit))
+        return coordinate
+
+    def _pair(self, entry: object, key: KeyPath, unit: str) -> tuple[Coordinate, Coordinate]:
+        if not isinstance(entry, list | tuple) or len(entry) != 2:
+            self._problems.append((key, f"must be a pair [x, y], got {format_value(entry)}"))
+            return ZERO, ZERO
+        x, y = (self._amount(each, (*key, number), unit) for number, each in enumerate(entry))
+        return x, y
+
+    def _table(
+        self, entry: object, key: KeyPath, keys: Sequence[str], needed: Sequence[str], kind: str
+    ) -> Mapping[str, Any]:
+        """The entries of a load after unknown and missing keys are noted."""
+        if not isinstance(entry, Mapping):
+            self._problems.append((key, f"must be a table such as {_EXAMPLES[kind]}, got {format_value(entry)}"))
+            return {}
+        corrections = self._note_unknown(entry, key, keys)
+        missing = [word for word in needed if word not in entry and word not in corrections]
+        for word in missing:
+            self._problems.append((key, f"the key '{word}' is missing; a complete one is {_EXAMPLES[kind]}"))
+        return entry
+
+    def _note_unknown(self, entries: Mapping[str, Any], key: KeyPath, keys: Sequence[str]) -> set[str | None]:
+        """Note unknown keys; return those that they are perhaps to be."""
+        unknown = [str(word) for word in entries if word not in keys]
+        self._problems += [((*key, word), f"unknown key; {suggestion(word, keys)}") for word in unknown]
+        return {closest_name(word, keys) for word in unknown}
+
+    def _check_name(self, name: object, key: KeyPath, known: Iterable[str], kind: str) -> None:
+        names = list(known)
+        if name not in names:
+            self._problems.append((key, f"unknown {kind} {format_value(name)}; {suggestion(str(name), names)}"))

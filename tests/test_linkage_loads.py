@@ -1,0 +1,286 @@
+"""Loads of linkages of tables: values of the reference, and energies that the drive and the dampers account for."""
+
+import math
+import tomllib
+
+import mpmath
+import numpy as np
+import pytest
+from linkage_cases import (
+    ALL_LOADS,
+    AMOUNTS,
+    CASES,
+    dense,
+    evaluate_graph,
+    linkage_of,
+    loaded_shaper,
+    near_limits,
+    trace,
+    turns,
+    values_of,
+    with_loads,
+)
+
+import explore
+from explore import Linkage
+from explore.evaluation.evaluate import evaluate_columns
+from explore.model.status import Status
+from explore.studies.request.requests import make_request
+
+LOADED = [name for name, case in CASES.items() if "loads" in case and "opposing_N" not in case["loads"]["given"]]
+
+
+def section_of(given):
+    """The loads of a case as a section of its table."""
+
+    def numbers(texts):
+        return [float(text) for text in texts]
+
+    masses = {point: float(mass) for point, mass in given["point_masses_kg"].items()}
+    for link, entry in given["links"].items():
+        masses[link] = {
+            "mass": float(entry["mass_kg"]),
+            "centroid": numbers(entry["centroid_mm"]),
+            "inertia": float(entry["inertia_kg_m2"]),
+        }
+    forces = {point: numbers(force) for point, force in given.get("forces_N", {}).items()}
+    section = {"gravity": numbers(given["gravity_m_per_s2"]), "masses": masses, "forces": forces}
+    return {name: part for name, part in section.items() if part}
+
+
+def loaded(name):
+    """A case with the loads of the reference, and its values."""
+    case = CASES[name]
+    given = case["loads"]["given"]
+    return with_loads(case, section_of(given)), values_of(case) | {"speed": float(given["speed_rad_per_s"])}
+
+
+@pytest.mark.parametrize("name", LOADED)
+def test_the_drive_torque_equals_the_reference(name):
+    """At single angles and over the turn to 1e-14 of the peak, its 30 digits rounded to doubles."""
+    linkage, values = loaded(name)
+    reference = CASES[name]["loads"]
+    turn = {key: float(value) for key, value in reference["turn"]["drive_torque_N_m"].items()}
+    peak = max(abs(turn["min"]), abs(turn["max"]))
+    motion = explore.simulate(linkage, values, angles=[float(degrees) for degrees in reference["at"]])
+    expected = [float(values["drive_torque_N_m"]) for values in reference["at"].values()]
+    assert motion["drive_torque"].to_numpy() == pytest.approx(expected, abs=1e-14 * peak)
+    assert motion["drive_power"].to_numpy() == pytest.approx(motion["drive_torque"] * values["speed"], rel=1e-15)
+    statistics = ("mean", "rms", "min", "max")
+    metrics = [f"drive_torque_{statistic}" for statistic in statistics]
+    row = explore.evaluate(linkage, values, metrics=metrics, window="cycle", tolerance=1e-12).iloc[0]
+    assert row["status"] == 1
+    assert [row[metric] for metric in metrics] == pytest.approx([turn[s] for s in statistics], abs=1e-14 * peak)
+
+
+UNITS = {"g": "m/s^2", "m": "kg", "j": "kg m^2", "f": "N", "k": "N/m"}
+
+
+def shaper():
+    return loaded_shaper(), values_of(CASES["crank-shaper"]) | AMOUNTS
+
+
+class Energies:
+    """Kinetic and potential energy of the shaper, N m, and what dampers and torques take, in mpmath."""
+
+    def __init__(self, linkage, values):
+        self.equations, self.values = trace(linkage), values
+        self.speed = mpmath.mpf(values["speed"])
+
+    def at(self, angle):
+        """Places, mm, and their rates by the angle: of points, then of slots."""
+        series = [part for place in self.equations.points.values() for part in place]
+        series += [self.equations.slot_position(slot) for slot in self.equations.table.slots]
+        numbers = [each.terms[order] for order in (0, 1) for each in series]
+        found = evaluate_graph(numbers, self.values, angle)
+        points = list(self.equations.points)
+        half = len(series)
+        places, rates = (
+            {point: mpmath.mpc(*found[first + 2 * k : first + 2 * k + 2]) for k, point in enumerate(points)}
+            for first in (0, half)
+        )
+        slots = {
+            slot.name: (found[2 * len(points) + k], found[half + 2 * len(points) + k])
+            for k, slot in enumerate(self.equations.table.slots)
+        }
+        return places, rates, slots
+
+    def turns(self, places, rates):
+        """Direction and rate of each link."""
+        lever, link = places["D"] - places["C"], places["S"] - places["D"]
+        return {
+            "lever": (lever / abs(lever), (rates["D"] / lever).imag),
+            "link": (link / abs(link), ((rates["S"] - rates["D"]) / link).imag),
+            "crank": (places["A"] / abs(places["A"]), mpmath.mpf(1)),
+        }
+
+    def energy(self, angle):
+        places, rates, slots = self.at(angle)
+        turns, v = self.turns(places, rates), self.values
+        total = mpmath.mpf(0)
+        masses = (
+            (v["m"], 0.002, places["C"] + (110 + 7j) * turns["lever"][0], 1j * (110 + 7j) * turns["lever"][0], "lever"),
+            (0.3, 0.0, places["D"], rates["D"], "link"),
+            (0.2, 2 * v["j"], places["A"] / 2, rates["A"] / 2, "crank"),
+            (v["m"] / 2, 0.0, places["S"], rates["S"], "link"),
+        )
+        for mass, inertia, place, rate, link in masses:
+            rate = rate * turns["lever"][1] if link == "lever" else rate
+            total += self.speed**2 * (mass * abs(rate / 1000) ** 2 + inertia * turns[link][1] ** 2) / 2
+            total -= mass * (1.5 * place.real - v["g"] * place.imag) / 1000
+        total -= (v["f"] * places["D"].real + 3 * places["D"].imag) / 1000
+        for rate, length in (
+            (300, abs(places["A"] - places["S"]) - 120), (150, abs(places["A"] - places["C"])),
+            (v["k"], slots["ram"][0] - 20), (90, slots["block"][0] - v["lever"] / 2),
+        ):  # fmt: skip
+            total += rate * (length / 1000) ** 2 / 2
+        return total + 1.25 * (mpmath.arg(turns["lever"][0]) - mpmath.radians(80)) ** 2 / 2
+
+    def losses(self, angle):
+        """Power of the dampers over the speed, N m."""
+        places, rates, slots = self.at(angle)
+        turns = self.turns(places, rates)
+        lengths = (
+            (12, slots["ram"][1]),
+            (3, slots["block"][1]),
+            (4, (rates["D"] * places["D"].conjugate()).real / abs(places["D"])),
+        )
+        angles = ((0.03, turns["link"][1] - turns["lever"][1]), (0.02, turns["lever"][1]))
+        return self.speed * (sum(c * (r / 1000) ** 2 for c, r in lengths) + sum(c * r**2 for c, r in angles))
+
+    def given(self, angle):
+        """Power of the torques over the speed, N m."""
+        places, rates, _ = self.at(angle)
+        turns = {name: rate for name, (_, rate) in self.turns(places, rates).items()}
+        return 0.7 * turns["lever"] - 0.4 * (turns["link"] - turns["lever"]) + 0.05
+
+
+def test_the_drive_balances_the_change_of_energy():
+    """Differences of the energy in mpmath, which the accelerations are not used for, at 1e-13 of the largest torque."""
+    linkage, values = shaper()
+    angles = [5.0, 77.0, 140.0, 200.0, 301.0]
+    motion = explore.simulate(linkage, values, angles=angles)
+    energies = Energies(linkage, values)
+    expected, losses = [], []
+    with mpmath.workdps(40):
+        for degrees in angles:
+            angle = mpmath.radians(degrees)
+            losses.append(float(energies.losses(angle)))
+            expected.append(float(mpmath.diff(energies.energy, angle) + energies.losses(angle) - energies.given(angle)))
+    size = max(map(abs, expected))
+    assert motion["drive_torque"].to_numpy() == pytest.approx(expected, abs=1e-13 * size)
+    assert motion["friction_power"].to_numpy() == pytest.approx(9.0 * np.array(losses), rel=1e-13)
+
+
+def test_the_work_of_the_drive_is_what_the_dampers_take():
+    """Without the torques, which turn nothing fully but the crank: 0.05 N m on it are 0.1 pi N m in a turn."""
+    linkage, values = shaper()
+    metrics = ["net_work", "positive_work", "drive_torque_mean", "friction_power_mean"]
+    row = explore.evaluate(linkage, values, metrics=metrics, window="cycle", tolerance=1e-11).iloc[0]
+    assert row["status"] == 1
+    assert row["drive_torque_mean"] * 2.0 * math.pi == pytest.approx(row["net_work"] - 0.1 * math.pi, rel=1e-11)
+    assert row["positive_work"] > row["net_work"]
+    assert row["net_work"] == pytest.approx(row["friction_power_mean"] * 2.0 * math.pi / 9.0, rel=1e-14)
+
+
+def test_parameters_of_loads_have_units_and_do_not_change_the_motion():
+    linkage, values = shaper()
+    parameters = {p.name: p for p in linkage.mechanism.parameters}
+    assert {name: parameters[name].unit for name in UNITS} == UNITS
+    assert {p.name for p in parameters.values() if p.affects == "load"} == set(UNITS)
+    plain = linkage_of(CASES["crank-shaper"])
+    metrics = ["ram_velocity_rms", "ram_acceleration_peak", "time_ratio"]
+    with_them = explore.evaluate(linkage, values, metrics=metrics, window="cycle")
+    without = explore.evaluate(
+        plain, values_of(CASES["crank-shaper"]) | {"speed": 9.0}, metrics=metrics, window="cycle"
+    )
+    assert with_them[metrics].equals(without[metrics])
+
+
+def test_inertia_grows_with_the_square_of_the_speed():
+    """A parabola through three speeds, which share their motion, leads through a fourth one."""
+    linkage, values = shaper()
+    speeds = np.array([2.0, 5.0, 11.0, 17.0])
+    designs = {name: np.full(4, value) for name, value in values.items()} | {"speed": speeds}
+    result = explore.evaluate(linkage, designs, metrics=["drive_torque_mean", "drive_torque_max"], tolerance=1e-11)
+    assert (result["status"] == 1).all()
+    motions = [explore.simulate(linkage, values | {"speed": speed}, angles=[60.0]) for speed in speeds]
+    torques = [motion["drive_torque"].iloc[0] for motion in motions]
+    fitted = np.polynomial.Polynomial.fit(speeds[:3], torques[:3], 2)
+    assert fitted(17.0) == pytest.approx(torques[3], rel=1e-12)
+    assert result["drive_torque_max"].is_unique
+
+
+def test_expressions_of_negative_masses_are_no_numbers():
+    case = CASES["crank-shaper"]
+    linkage = with_loads(case, {"masses": {"S": "m - 1"}}, m="kg")
+    row = explore.evaluate(linkage, values_of(case) | {"m": 0.5}, metrics=["drive_torque_max"], window="cycle").iloc[0]
+    assert row["status"] == Status.NOT_FINITE
+    row = explore.evaluate(linkage, values_of(case) | {"m": 1.5}, metrics=["drive_torque_max"], window="cycle").iloc[0]
+    assert row["drive_torque_max"] > 0.0
+
+
+def test_a_spring_on_a_link_that_turns_fully_has_no_number():
+    case = CASES["whitworth"]
+    spring = {"between": "arm", "rate": 1, "rest": 0}
+    names = [link.name for link in linkage_of(case).table.links]
+    turning = next(name for name in names if name != "crank" and case["turns_of_links"].get(name))
+    linkage = with_loads(case, {"springs": {"coil": spring | {"between": turning}}})
+    row = explore.evaluate(linkage, values_of(case), metrics=["drive_torque_max"], window="cycle").iloc[0]
+    assert row["status"] == Status.NOT_FINITE
+
+
+def test_the_content_of_loads_describes_them():
+    linkage, _ = shaper()
+    assert Linkage(linkage.content) == linkage == Linkage(tomllib.loads(linkage.to_toml()))
+    assert linkage.content["loads"] == ALL_LOADS
+    assert linkage.mechanism.name != linkage_of(CASES["crank-shaper"]).mechanism.name
+
+
+def test_a_driven_slot_has_power_and_no_torque():
+    content = {
+        "driver": "jack", "travel": [0, "s"],
+        "frame": {"O": [0, 0], "C": [100, 0]},
+        "links": {"arm": {"C": 0, "P": "l"}, "rod": {"P": 0, "Q": 120}},
+        "slots": {"jack": {"pin": "Q", "link": "frame", "along": ["O", [0, 1]]}},
+        "branch": {"P": "left of C Q"},
+        "loads": {"gravity": [0, -9.81], "masses": {"P": 2}},
+    }  # fmt: skip
+    linkage = Linkage(content)
+    motion = explore.simulate(linkage, {"l": 80.0, "s": 60.0, "speed": 3.0}, angles=[40.0])
+    assert "drive_torque" not in motion
+    row = motion.iloc[0]
+    work = 2 * (
+        (row["P_acceleration_y"] / 1000 + 9.81) * row["P_velocity_y"]
+        + row["P_acceleration_x"] / 1000 * row["P_velocity_x"]
+    )
+    assert row["drive_power"] == pytest.approx(work / 1000, rel=1e-13)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
+def test_bounds_of_torques_hold(tolerance):
+    """Ordinary shapers and such beside their limits, against dense sampling where that is exact enough."""
+    linkage, values = shaper()
+    names = ("drive_torque", "friction_power")
+    metrics = [f"{name}_{statistic}" for name in names for statistic in ("mean", "variance")]
+    made = make_request(linkage.mechanism, metrics=metrics, window="cycle", tolerance=tolerance)
+    kernel, rng = made.kernel, np.random.default_rng(11)
+    designs = {name: value * (1.0 + 0.2 * rng.uniform(-1.0, 1.0, 200)) for name, value in values.items()}
+    families = [{name: column[turns(kernel, designs)] for name, column in designs.items()}]
+    families += [near_limits(kernel, designs, 40, rng)]
+    checked = 0
+    for family in families:
+        found = evaluate_columns(made, family).columns
+        fine, coarse = dense(kernel, family, 8192), dense(kernel, family, 4096)
+        for name in names:
+            signal = kernel.signal(name)
+            factor = family["speed"] ** signal.speed_power
+            rms = np.sqrt(fine[0][:, signal.row] ** 2 + fine[1][:, signal.row])
+            for k, (statistic, scale, power) in enumerate((("mean", rms, 1), ("variance", rms**2, 2))):
+                exact = fine[k][:, signal.row]
+                error = np.abs(found[f"{name}_{statistic}"] / factor**power - exact) / scale
+                sure = np.abs(exact - coarse[k][:, signal.row]) / scale < 0.1 * found["error"] + 1e-15
+                sure &= np.isin(found["status"], (Status.OK, Status.TOLERANCE_NOT_MET))
+                checked += sure.sum()
+                assert (error[sure] <= found["error"][sure]).all(), (name, statistic)
+    assert checked >= 400
