@@ -196,6 +196,14 @@ def test_bad_tolerance(tolerance, reason):
     assert reason in problem(tolerance=tolerance)
 
 
+def test_a_plain_request_is_resolved_once_for_each_mechanism():
+    names = ["mean", "rocker_velocity_max"]
+    assert make_request(MECHANISM, metrics=names) is make_request(MECHANISM, metrics=list(names))
+    assert make_request(MECHANISM, metrics=names, tolerance=1e-6).tolerance == 1e-6
+    assert make_request(MECHANISMS["test-rig"]).mechanism.name == "test-rig"
+    assert make_request(MECHANISM, window="return") != make_request(MECHANISM)
+
+
 def test_constraints_are_sorted_by_name_and_converted():
     bounds = {"swing_angle": {"max": "1 rad"}, "cv": {"min": 0.1, "max": 0.5}, "grashof_margin": {"min": "1 cm"}}
     constraints = make_request(MECHANISM, constraints=bounds).constraints

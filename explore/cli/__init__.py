@@ -46,7 +46,7 @@ def _saying_doubts() -> Iterator[None]:
 
 
 @cache
-def _command() -> Any:
+def command() -> Any:
     """The command `explore`; made once in a process, in 30 ms; tests call it thousands of times."""
     return get_command(app)
 
@@ -56,7 +56,7 @@ def main() -> None:
     _prepare_streams()
     try:
         with _saying_doubts():
-            _command()()
+            command()()
     except (ConfigError, RequestError) as error:
         complain(name_options(str(error)))
         sys.exit(2)

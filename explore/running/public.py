@@ -183,8 +183,8 @@ def evaluate(
         raise RequestError("\n".join(reason for _, reason in unavailable))
     evaluation = evaluate_columns(request, columns)
     index = designs.index if isinstance(designs, pd.DataFrame) else None
-    frame = pd.DataFrame(evaluation.columns, index=index)
-    frame["feasible"] = frame["feasible"].astype(bool)
+    feasible = evaluation.columns["feasible"].astype(bool)
+    frame = pd.DataFrame({**evaluation.columns, "feasible": feasible}, index=index)
     shown = [column for column in output_columns(request, list(columns)) if column.name in frame]
     frame.attrs["units"] = {column.name: column.unit for column in shown}
     frame.attrs["labels"] = {column.name: dict(column.labels) for column in shown if column.labels}

@@ -1,12 +1,12 @@
 """Every command, run on a study of the mechanism in this process."""
 
+import io
 from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
-from typer.testing import CliRunner
-
 from explore.base.errors import RequestError
-from explore.cli.application import app
+from explore.cli import command
 from explore.cli.commands.plot import KINDS
 
 
@@ -32,16 +32,21 @@ def failing_commands(name: str, study: Path) -> Iterator[str]:
         ("verify", results),
         ("pack", results, "-o", folder / "packed.h5"),
     ]
-    for command in commands:
-        if problem := _run(*command):
+    for words in commands:
+        if problem := _run(*words):
             yield problem
 
 
 def _run(*arguments: object) -> str:
     """Run a command; the sentence of its failure, or nothing."""
-    words = [str(argument) for argument in arguments]
-    result = CliRunner().invoke(app, words)
-    if result.exit_code == 0 or (words[0] == "plot" and isinstance(result.exception, RequestError)):
-        return ""
-    reason = f"{type(result.exception).__name__}: {result.exception}" if result.exception else result.stderr.strip()
-    return f"`explore {' '.join(Path(word).name for word in words)}` fails: {reason}"
+    words, errors = [str(argument) for argument in arguments], io.StringIO()
+    reason = ""
+    try:
+        with redirect_stdout(io.StringIO()), redirect_stderr(errors):
+            command()(words)
+    except SystemExit as ending:
+        reason = (errors.getvalue().strip() or f"exit code {ending.code}") if ending.code else ""
+    except Exception as error:
+        refuses = words[0] == "plot" and isinstance(error, RequestError)
+        reason = "" if refuses else f"{type(error).__name__}: {error}"
+    return f"`explore {' '.join(Path(word).name for word in words)}` fails: {reason}" if reason else ""

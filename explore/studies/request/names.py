@@ -216,6 +216,8 @@ def _parse(mechanism: Mechanism, name: str, window: Window) -> tuple[Signal, str
         return next(signal for signal in mechanism.signals if signal.name == output), name, window
     windows = _named_windows(mechanism)
     for signal in mechanism.signals:
+        if not name.startswith(signal.name):
+            continue
         for statistic in dict.fromkeys((*signal.statistics, *STATISTICS)):
             stem = f"{signal.name}_{statistic}"
             if name == stem:

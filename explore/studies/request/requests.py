@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from explore.base.errors import KeyPath, Problems, RequestError
@@ -17,6 +18,8 @@ from explore.studies.request.names import closest_window, find_metric, make_wind
 
 #: Smallest and largest tolerance.
 TOLERANCES = (1e-13, 1e-4)
+#: Number of requests that are remembered.
+_MOST_REMEMBERED = 256
 
 
 def make_objective(source: Request | tuple[Mechanism, Window], text: str) -> Objective:
@@ -72,7 +75,37 @@ def make_request(
 
     A `RequestError` has one line ``argument: reason; suggestion`` for each problem.
     """
-    arguments = RequestArguments(metrics, window, drive, constraints, tolerance, formulas)
+    names = tuple(metrics) if isinstance(metrics, list) else metrics
+    texts = (*(names if isinstance(names, tuple) else ()), window or "", drive or "")
+    is_plain = constraints is None and formulas is None and type(tolerance) is float
+    if is_plain and isinstance(names, tuple | None) and all(type(text) is str for text in texts):
+        return _plain_request(_Identity(mechanism), names, window, drive, tolerance)
+    return _make_request(mechanism, RequestArguments(metrics, window, drive, constraints, tolerance, formulas))
+
+
+class _Identity:
+    """A mechanism, equal to itself alone: it has fields without a hash."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+
+    def __hash__(self) -> int:
+        return id(self.mechanism)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Identity) and other.mechanism is self.mechanism
+
+
+@lru_cache(_MOST_REMEMBERED)
+def _plain_request(
+    mechanism: _Identity, metrics: tuple[str, ...] | None, window: str | None, drive: str | None, tolerance: float
+) -> Request:
+    """A request of names and a tolerance, which is remembered."""
+    arguments = RequestArguments(metrics=metrics, window=window, drive=drive, tolerance=tolerance)
+    return _make_request(mechanism.mechanism, arguments)
+
+
+def _make_request(mechanism: Mechanism, arguments: RequestArguments) -> Request:
     request, problems = resolve_request(mechanism, arguments)
     if problems:
         raise RequestError(
