@@ -33,7 +33,52 @@ FOUR_BAR = {
     "links": {"crank": {"O": 0, "A": "r1"}, "coupler": {"A": 0, "B": "r2"}, "rocker": {"C": 0, "B": "r3"}},
     "branch": {"B": "left of A C"},
 }
+#: A boom that a cylinder lifts: the cylinder is `offset` to the side of its pivot.
+BOOM = {
+    "driver": "cylinder",
+    "travel": ["low", "high"],
+    "frame": {"O": [0, 0], "C": ["c", 0]},
+    "links": {"tube": {"O": 0}, "boom": {"C": 0, "B": "b", "P": ["p", 20]}},
+    "slots": {"cylinder": {"pin": "B", "link": "tube", "along": [[0, "offset"], [1, "offset"]]}},
+    "branch": {"B": "left of O C"},
+}
+BOOM_LENGTHS = {"low": 60.0, "high": 110.0, "c": 100.0, "b": 50.0, "p": 120.0, "offset": 0.0}
+#: A slider that is driven, and a rod whose other end runs in a second slot.
+DRIVEN_SLIDER = {
+    "driver": "h",
+    "travel": ["-t", "t"],
+    "frame": {"O": [0, 0]},
+    "links": {"rod": {"P": 0, "Q": "l"}},
+    "slots": {
+        "h": {"pin": "P", "link": "frame", "along": ["O", [1, 0]]},
+        "v": {"pin": "Q", "link": "frame", "along": ["O", [0, 1]]},
+    },
+    "branch": {"Q": "far"},
+}
 CASES = {case["name"]: case for case in REFERENCE["cases"] if case["name"] not in NO_DYADS}
+
+
+def trammel(**parts):
+    """A bar that turns with its ends on two perpendicular lines."""
+    section = {
+        "driver": "bar",
+        "frame": {"O": [0, 0]},
+        "links": {"bar": {"P": 0, "Q": "l", "M": ["m", 0]}},
+        "slots": {
+            "h": {"pin": "P", "link": "frame", "along": ["O", [1, 0]]},
+            "v": {"pin": "Q", "link": "frame", "along": ["O", [0, 1]]},
+        },
+    }
+    return Linkage(section | parts)
+
+
+def trammel_of_blocks():
+    """The same with blocks that only translate in place of slots."""
+    return trammel(
+        links={"bar": {"P": 0, "Q": "l", "M": ["m", 0]}, "h": {"P": 0}, "v": {"Q": 0}},
+        slots={},
+        slides={"h": {"link": "frame", "direction": [1, 0]}, "v": {"link": "frame", "direction": [0, 1]}},
+    )
 
 
 def linkage_of(case):

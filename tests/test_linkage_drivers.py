@@ -5,29 +5,18 @@ import tomllib
 
 import mpmath
 import pytest
-from linkage_cases import evaluate_graph, trace
+from linkage_cases import BOOM, BOOM_LENGTHS, DRIVEN_SLIDER, evaluate_graph, trace, trammel, trammel_of_blocks
 
 import explore
 from explore import Linkage
 from explore.studies.config.linkage import make_linkage
 from explore.studies.config.study_file import linkage_starter
 
-#: A boom that a cylinder lifts: the cylinder is `offset` to the side of its pivot.
-BOOM = {
-    "driver": "cylinder",
-    "travel": ["low", "high"],
-    "frame": {"O": [0, 0], "C": ["c", 0]},
-    "links": {"tube": {"O": 0}, "boom": {"C": 0, "B": "b", "P": ["p", 20]}},
-    "slots": {"cylinder": {"pin": "B", "link": "tube", "along": [[0, "offset"], [1, "offset"]]}},
-    "branch": {"B": "left of O C"},
-}
-LENGTHS = {"low": 60.0, "high": 110.0, "c": 100.0, "b": 50.0, "p": 120.0, "offset": 0.0}
-
 
 @pytest.mark.parametrize("offset", [0.0, 15.0])
 def test_a_driven_pin_is_where_the_length_of_its_cylinder_puts_it(offset):
     """To 60 digits, rates by differences; the position is that of a sine between the two ends of the travel."""
-    equations, values = trace(Linkage(BOOM)), LENGTHS | {"offset": offset}
+    equations, values = trace(Linkage(BOOM)), BOOM_LENGTHS | {"offset": offset}
     position = equations.slot_position(equations.table.slots[0])
     step = mpmath.mpf(10) ** -25
     with mpmath.workdps(90):
@@ -47,24 +36,13 @@ def test_a_driven_pin_is_where_the_length_of_its_cylinder_puts_it(offset):
 
 
 def test_a_driven_pin_that_its_link_cannot_follow_has_a_status():
-    row = explore.evaluate(Linkage(BOOM), LENGTHS | {"high": 151.0}, metrics=["boom_angle_max"])
+    row = explore.evaluate(Linkage(BOOM), BOOM_LENGTHS | {"high": 151.0}, metrics=["boom_angle_max"])
     assert row.attrs["labels"]["status"][row["status"].iloc[0]] == "crank_blocked_at_B"
 
 
 def test_a_driven_pin_in_the_frame():
     """A slider that is driven: the rod's other end runs in a second slot, so the two keep its length."""
-    section = {
-        "driver": "h",
-        "travel": ["-t", "t"],
-        "frame": {"O": [0, 0]},
-        "links": {"rod": {"P": 0, "Q": "l"}},
-        "slots": {
-            "h": {"pin": "P", "link": "frame", "along": ["O", [1, 0]]},
-            "v": {"pin": "Q", "link": "frame", "along": ["O", [0, 1]]},
-        },
-        "branch": {"Q": "far"},
-    }
-    equations = trace(Linkage(section))
+    equations = trace(Linkage(DRIVEN_SLIDER))
     positions = [equations.slot_position(slot).terms[0] for slot in equations.table.slots]
     for angle in (0.0, 0.5, 2.0, math.pi, 5.0):
         first, second = evaluate_graph(positions, {"t": 30.0, "l": 50.0}, angle)
@@ -72,27 +50,9 @@ def test_a_driven_pin_in_the_frame():
         assert float(second) == pytest.approx(math.sqrt(50.0**2 - first**2), rel=1e-15)
 
 
-def trammel(**parts):
-    """A bar that turns with its ends on two perpendicular lines."""
-    section = {
-        "driver": "bar",
-        "frame": {"O": [0, 0]},
-        "links": {"bar": {"P": 0, "Q": "l", "M": ["m", 0]}},
-        "slots": {
-            "h": {"pin": "P", "link": "frame", "along": ["O", [1, 0]]},
-            "v": {"pin": "Q", "link": "frame", "along": ["O", [0, 1]]},
-        },
-    }
-    return Linkage(section | parts)
-
-
 def test_the_bar_of_a_trammel_draws_an_ellipse():
     """With slots, and with blocks that only translate: M is at ((m - l) cos, m sin) of the bar's angle."""
-    blocks = trammel(
-        links={"bar": {"P": 0, "Q": "l", "M": ["m", 0]}, "h": {"P": 0}, "v": {"Q": 0}},
-        slots={},
-        slides={"h": {"link": "frame", "direction": [1, 0]}, "v": {"link": "frame", "direction": [0, 1]}},
-    )
+    blocks = trammel_of_blocks()
     for linkage in (trammel(), blocks):
         x, y = trace(linkage).points["M"]
         for angle in (0.0, 0.5, math.pi / 2, 5.0):

@@ -9,13 +9,18 @@ import pytest
 from linkage_cases import (
     ALL_LOADS,
     AMOUNTS,
+    BOOM,
+    BOOM_LENGTHS,
     CASES,
+    DRIVEN_SLIDER,
     dense,
     evaluate_graph,
     linkage_of,
     loaded_shaper,
     near_limits,
     trace,
+    trammel,
+    trammel_of_blocks,
     turns,
     values_of,
     with_loads,
@@ -24,6 +29,8 @@ from linkage_cases import (
 import explore
 from explore import Linkage
 from explore.evaluation.evaluate import evaluate_columns
+from explore.mechanisms.linkages.loads import Loading
+from explore.mechanisms.linkages.reactions import Reactions
 from explore.model.status import Status
 from explore.studies.request.requests import make_request
 
@@ -71,6 +78,89 @@ def test_the_drive_torque_equals_the_reference(name):
     row = explore.evaluate(linkage, values, metrics=metrics, window="cycle", tolerance=1e-12).iloc[0]
     assert row["status"] == 1
     assert [row[metric] for metric in metrics] == pytest.approx([turn[s] for s in statistics], abs=1e-14 * peak)
+
+
+@pytest.mark.parametrize("name", LOADED)
+def test_forces_in_joints_equal_the_reference(name):
+    """At single angles to 1e-15 of the peak, and their largest values over the turn."""
+    linkage, values = loaded(name)
+    reference = CASES[name]["loads"]
+    largest = {key.replace("/", "_force_on_"): float(of["max"]) for key, of in _pins(reference["turn"]).items()}
+    peak = max(largest.values())
+    motion = explore.simulate(linkage, values, angles=[float(degrees) for degrees in reference["at"]])
+    for of, (_, row) in zip(reference["at"].values(), motion.iterrows(), strict=True):
+        for key, (x, y) in of["joint_force_xy_N"].items():
+            signal = key.replace("/", "_force_on_")
+            found = [row[signal], row[f"{signal}_x"], row[f"{signal}_y"]]
+            assert found == pytest.approx([float(of["joint_force_N"][key]), float(x), float(y)], abs=1e-15 * peak)
+    metrics = [f"{signal}_max" for signal in largest]
+    row = explore.evaluate(linkage, values, metrics=[*metrics, "pin_force_peak"], window="cycle", tolerance=1e-12).iloc[
+        0
+    ]
+    assert row["status"] == Status.OK
+    assert row[metrics].tolist() == pytest.approx(list(largest.values()), rel=1e-12)
+    assert row["pin_force_peak"] == pytest.approx(peak, rel=1e-12)
+
+
+def _pins(turn):
+    return {key: of for key, of in turn["joint_force_max_N"].items() if "/" in key}
+
+
+#: Linkages with all kinds of steps, and values of their parameters.
+TABLES = {name: (linkage_of(case), values_of(case)) for name, case in CASES.items()} | {
+    "boom": (Linkage(BOOM), BOOM_LENGTHS | {"offset": 15.0}),
+    "trammel": (trammel(), {"l": 100.0, "m": 30.0}),
+    "blocks": (trammel_of_blocks(), {"l": 100.0, "m": 30.0}),
+    "driven-slider": (Linkage(DRIVEN_SLIDER), {"t": 30.0, "l": 50.0}),
+}
+
+
+#: Crank angles, rad, at which those assemble that do not turn.
+ANGLES = {"peaucellier": ("-0.2", "0.3"), "scott-russell": ("0.3", "0.6")}
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_balances_of_links_lead_to_the_torque_by_power_and_to_the_force_on_the_frame(name):
+    """All links and points have masses; with 30 digits, at two angles."""
+    (linkage, values), rng = TABLES[name], np.random.default_rng(3)
+    content, table = linkage.content, linkage.table
+    fixed = set(table.frame.place_of)
+    masses = {point: rng.uniform(0.1, 2.0) for point in table.points if point not in fixed}
+    for link in table.links:
+        masses[link.name] = {
+            "mass": rng.uniform(0.1, 2.0), "centroid": rng.uniform(-40.0, 60.0, 2).tolist(), "inertia": 0.003
+        }  # fmt: skip
+    linkage = Linkage(content | {"loads": {"gravity": [1.0, -9.81], "masses": masses}})
+    equations = trace(linkage)
+    loading = Loading(equations, linkage.table.loads)
+    reactions = Reactions(equations, loading)
+    table, zero = linkage.table, equations.graph.constant(0.0)
+    if table.driven_slot:
+        power = reactions.along * equations.slot_position(table.driven_slot).terms[1]
+    else:
+        power = reactions.moment
+    # The frame takes what pins, slots and slides give to it.
+    frame = [force for (_, body), force in reactions.on_bodies.items() if body == "frame"]
+    for slot in table.slots:
+        if slot.body == "frame":
+            x, y = (part.terms[0] for part in equations.slot_direction(slot))
+            normal = reactions.across[slot.name]
+            along = reactions.along if slot is table.driven_slot else zero
+            frame.append((y * normal - x * along, -(x * normal) - y * along))
+    for slide in table.slides:
+        if slide.body == "frame":
+            x, y = (part.terms[0] for part in equations.slide_direction(slide))
+            frame.append((y * reactions.across[slide.link], -(x * reactions.across[slide.link])))
+    given = [force for forces in loading.on_pins.values() for force in forces]
+    given += [force for forces in loading.on_bodies.values() for _, force in forces]
+    sums = [sum((force[axis] for force in forces), zero) for forces in (frame, given) for axis in (0, 1)]
+    assert len(frame) >= 1
+    with mpmath.workdps(40):
+        for angle in map(mpmath.mpf, ANGLES.get(name, ("0.3", "2.9"))):
+            numbers = [power, loading.torque, *sums]
+            moment, torque, fx, fy, gx, gy = evaluate_graph(numbers, values | {"speed": 3.0}, angle)
+            assert abs(moment / 1000 - torque) < 1e-12 * max(abs(torque), abs(gy) / 1000)
+            assert max(abs(fx - gx), abs(fy - gy)) < 1e-12 * abs(gy)
 
 
 UNITS = {"g": "m/s^2", "m": "kg", "j": "kg m^2", "f": "N", "k": "N/m"}

@@ -40,6 +40,7 @@ class Equations(Trace):
 
     def __init__(self, table: LinkageTable, steps: tuple[Step, ...]) -> None:
         super().__init__(table)
+        self.steps = steps
         self._drive_pin()
         for step in steps:
             self._take(step)
@@ -109,7 +110,7 @@ class Equations(Trace):
         """The link's origin is t along the slide's direction n; the pin is on the slot's line through g along m."""
         self.directions[step.link] = self.directions[step.slide.body]
         self._origins[step.link] = self._origins[step.slide.body]
-        (g, m), n = self._line(step.slot), self._slide_direction(step.slide)
+        (g, m), n = self._line(step.slot), self.slide_direction(step.slide)
         sine = cross(n, m)
         t = cross(minus(self.points[step.slot.pin], g), m) / sine
         (x, y), local = self._origins[step.slide.body]
@@ -151,6 +152,7 @@ class Equations(Trace):
             root = factor.sqrt()
         self._conditions_of_links[link] = own
         root = root if self._signs.get(slot.name, 1) > 0 else -root
+        self.determinants[slot.name] = root.terms[0]
         inverse_square = square.inverse()
         # the slot's direction in the plane: v (root - i across)/D, then turned back by that in the link
         cosine, sine = (vx * root + vy * across) * inverse_square, (vy * root - vx * across) * inverse_square
@@ -190,6 +192,7 @@ class Equations(Trace):
         root = (p * q).sqrt()
         k = (p + r * (r - s) * 2.0) * half_inverse
         f = root * half_inverse * self._sign(point)
+        self.determinants[point] = root.terms[0] * (0.5 * self._sign(point))
         (ax, ay), (dx, dy) = self.points[a], d
         self._know(point, (ax + (k * dx - f * dy), ay + (k * dy + f * dx)), own, point)
         self.transmission[point] = (root.terms[0], 0.5 * (q.terms[0] - p.terms[0]))
@@ -207,7 +210,9 @@ class Equations(Trace):
         self._add_factor(Factor(point, low, size), inherited)
         self._add_factor(Factor(point, high, size), inherited)
         root = (low * high).sqrt()
-        t = (root if self._sign(point) > 0 else -root) - dot(w, n)
+        signed = root if self._sign(point) > 0 else -root
+        t = signed - dot(w, n)
+        self.determinants[point] = signed.terms[0]
         self._know(point, (g[0] + t * n[0], g[1] + t * n[1]), own, point)
         self.transmission[point] = (root.terms[0], -h.terms[0])
 

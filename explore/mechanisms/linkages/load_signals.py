@@ -1,13 +1,15 @@
 """The signals of a linkage under load, and the metrics that follow from them."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
 from explore.mechanisms.linkages.loads import Loading
 from explore.mechanisms.linkages.quantity import Quantity
-from explore.mechanisms.linkages.table import LinkageTable
-from explore.mechanisms.load_metrics import WORK_FORMULAS
+from explore.mechanisms.linkages.reactions import Reactions
+from explore.mechanisms.linkages.table import FRAME, LinkageTable, Loads
+from explore.mechanisms.load_metrics import WORK_FORMULAS, largest
 from explore.model.drawing import Panel
 from explore.model.quantities import Formula, Signal
 
@@ -34,6 +36,38 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
     )
     if loses_power(table):
         yield _quantity(loading, loading.loss, "friction_power", "W", "power that dampers take")
+    yield from _find_forces(equations, loading, table.loads)
+
+
+def _find_forces(equations: Equations, loading: Loading, loads: Loads) -> Iterator[Quantity]:
+    """The forces in the joints."""
+    table, reactions = equations.table, Reactions(equations, loading)
+    if table.driven_slot:
+        words = f"force that drives {table.driven_slot.pin} along {table.driver}"
+        yield _quantity(loading, reactions.along, "drive_force", "N", words, 0)
+    for point, body in force_places(table, loads):
+        x, y = reactions.on_bodies[point, body]
+        name, words = f"{point}_force_on_{body}", f"force of pin {point} on {body}"
+        square = _quantity(loading, x * x + y * y, name, "N", f"{words}, its magnitude", 0)
+        yield replace(square, signal=replace(square.signal, is_magnitude=True))
+        yield _quantity(loading, x, f"{name}_x", "N", f"{words} along x", 0)
+        yield _quantity(loading, y, f"{name}_y", "N", f"{words} along y", 0)
+    for slot in table.slots:
+        words = f"force of the slot {slot.name} on {slot.pin}, to the left of its direction positive"
+        yield _quantity(loading, reactions.across[slot.name], f"{slot.name}_normal_force", "N", words, 0)
+    for slide in table.slides:
+        words = f"force of {slide.body} on {slide.link}, to the left of its direction positive"
+        yield _quantity(loading, reactions.across[slide.link], f"{slide.link}_normal_force", "N", words, 0)
+
+
+def force_places(table: LinkageTable, loads: Loads) -> Iterator[tuple[str, str]]:
+    """The points where bodies take up forces, each with each body that has the point."""
+    pins = {slot.pin for slot in table.slots} | {force.point for force in loads.forces}
+    pins |= {mass.owner for mass in loads.masses}.union(*(element.ends for element in loads.elements))
+    for point in table.points:
+        bodies = table.bodies_at(point)
+        if len(bodies) > 1 or point in pins:
+            yield from ((point, body.name) for body in bodies)
 
 
 def _quantity(
@@ -51,11 +85,14 @@ def loses_power(table: LinkageTable) -> bool:
     return table.loads is not None and any(element.kind == "damper" for element in table.loads.elements)
 
 
-def load_formulas(table: LinkageTable) -> tuple[Formula, ...]:
-    """Works of the drive in a turn; none where the driver does not turn fully."""
-    if table.loads is None or table.limits is not None:
+def load_formulas(table: LinkageTable, window: str) -> tuple[Formula, ...]:
+    """The largest force over a window, and works of the drive in a turn where the driver turns fully."""
+    if table.loads is None:
         return ()
-    return tuple(formula for formula in WORK_FORMULAS if formula.name == "positive_work" or loses_power(table))
+    peaks = tuple(f"{point}_force_on_{body}_max_{window}" for point, body in force_places(table, table.loads))
+    peak = Formula("pin_force_peak", "N", "largest force in a pin", "min", peaks, largest, selects_one=True)
+    works = WORK_FORMULAS if loses_power(table) else WORK_FORMULAS[:1]
+    return (peak, *works) if table.limits is None else (peak,)
 
 
 def balanced_signals(table: LinkageTable) -> tuple[str, ...]:
@@ -69,5 +106,14 @@ def load_panels(table: LinkageTable) -> tuple[Panel, ...]:
     """Panels of a motion under load."""
     if table.loads is None:
         return ()
-    torque = () if table.driven_slot else (Panel("drive torque", (_TORQUE,), shows_mean=True),)
-    return (*torque, Panel("drive power", ("drive_power",), shows_mean=True))
+    names = [f"{point}_force_on_{body}" for point, body in force_places(table, table.loads) if body == FRAME]
+    guides = [*(slot.name for slot in table.slots), *(slide.link for slide in table.slides)]
+    panels = (
+        Panel("drive force", ("drive_force",))
+        if table.driven_slot
+        else Panel("drive torque", (_TORQUE,), shows_mean=True),
+        Panel("drive power", ("drive_power",), shows_mean=True),
+        Panel("forces on the frame", tuple(names)),
+        Panel("normal forces", tuple(f"{name}_normal_force" for name in guides)),
+    )
+    return tuple(panel for panel in panels if panel.signals)

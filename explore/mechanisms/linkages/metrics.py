@@ -38,7 +38,7 @@ def declare_formulas(
     """
     names = [signal.name for signal in signals]
     motion = (*_transmission_angle(names, window), *_stroke(names, output, axis, window), *_size(table, window))
-    return (*motion, *load_formulas(table))
+    return (*motion, *load_formulas(table, window))
 
 
 def _transmission_angle(names: Sequence[str], window: str) -> tuple[Formula, ...]:

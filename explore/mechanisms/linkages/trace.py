@@ -48,6 +48,9 @@ class Trace:
         Unit vectors of the x axes of bodies.
     transmission
         For each joint, sine and cosine of its transmission angle times a positive number.
+    determinants
+        For each joint, and a driver on lines, the cross product of the two directions in which its forces are not
+        known, each that of a link from its centre or a unit vector across a line.
     factors
         In the order in which joints are solved.
     squares
@@ -61,6 +64,7 @@ class Trace:
     points: dict[str, Vector] = field(default_factory=dict)
     directions: dict[str, Vector] = field(default_factory=dict)
     transmission: dict[str, tuple[Number, Number]] = field(default_factory=dict)
+    determinants: dict[str, Number] = field(default_factory=dict)
     factors: list[Factor] = field(default_factory=list)
     squares: list[Series] = field(default_factory=list)
     size: Number = field(init=False)
@@ -174,9 +178,10 @@ class Trace:
             first, second = self._ends(locus)
             return self._in_plane(locus.body, first), self._direction(locus.body, minus(second, first))
         slide = locus.slide
-        return self._in_plane(slide.body, self._local[slide.link][locus.point]), self._slide_direction(slide)
+        return self._in_plane(slide.body, self._local[slide.link][locus.point]), self.slide_direction(slide)
 
-    def _slide_direction(self, slide: Slide) -> Vector:
+    def slide_direction(self, slide: Slide) -> Vector:
+        """The unit vector along which a link slides."""
         return self._direction(slide.body, self._read(slide.direction))
 
     # factors
@@ -185,6 +190,7 @@ class Trace:
         """Two lines meet unless they are parallel; return the condition of what they place."""
         square = sine * sine
         own = inherited / square.terms[0]
+        self.determinants[joint] = sine.terms[0]
         self._add_factor(Factor(joint, square, self.graph.constant(1.0), of_lines=True), inherited)
         return own
 

@@ -1,11 +1,15 @@
 """Vectors of the plane as pairs of numbers of a graph."""
 
+from typing import TypeVar
+
 from explore.mechanisms.linkages.graph import Number, Series
 
 #: Two coordinates of the design, mm.
 Local = tuple[Number, Number]
 #: Two coordinates in the plane, or in a body, mm, with their derivatives.
 Vector = tuple[Series, Series]
+
+_Scalar = TypeVar("_Scalar", Number, Series)
 
 
 def length(vector: Vector) -> Series:
@@ -25,16 +29,16 @@ def larger(a: Number, b: Number) -> Number:
     return b if a.value == 1.0 else a.graph.put("max", a.index, b.index)
 
 
-def minus(a: Vector, b: Vector) -> Vector:
+def minus(a: tuple[_Scalar, _Scalar], b: tuple[_Scalar, _Scalar]) -> tuple[_Scalar, _Scalar]:
     """From b to a."""
     return a[0] - b[0], a[1] - b[1]
 
 
-def dot(a: Vector, b: Vector) -> Series:
+def dot(a: tuple[_Scalar, _Scalar], b: tuple[_Scalar, _Scalar]) -> _Scalar:
     """The scalar product."""
     return a[0] * b[0] + a[1] * b[1]
 
 
-def cross(a: Vector, b: Vector) -> Series:
+def cross(a: tuple[_Scalar, _Scalar], b: tuple[_Scalar, _Scalar]) -> _Scalar:
     """The product of the lengths and the sine of the angle from a to b."""
     return a[0] * b[1] - a[1] * b[0]

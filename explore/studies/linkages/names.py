@@ -20,8 +20,8 @@ _WHOLE = (
     *OUTPUT_STATISTICS, "time_ratio", "swing_angle", "stroke", "footprint", "cycle", "range", "drive", "return",
     "forward", "backward", "interval", "assembly_intervals",
     "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
-    "alike", "transmission_angle", "drive_torque", "drive_power", "positive_power", "friction_power", "positive_work",
-    "net_work",
+    "alike", "transmission_angle", "drive_torque", "drive_power", "drive_force", "positive_power", "friction_power",
+    "positive_work", "net_work", "pin_force_peak",
 )  # fmt: skip
 
 
@@ -41,5 +41,7 @@ def reason_against(name: str) -> str:
     if ending in (*_SIGNALS, *_OTHERS):
         kind = "signals" if ending in _SIGNALS else "other columns"
         return f"names that end with _{ending} are of {kind}; choose another"
+    if "_force_on_" in name or name.endswith("_normal_force"):
+        return "this is the name of a force in a joint; choose another"
     prefix = next((each for each in _PREFIXES if name.startswith(each)), "")
     return f"names that begin with {prefix} are of metrics; choose another" if prefix else ""

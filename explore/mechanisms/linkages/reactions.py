@@ -1,0 +1,222 @@
+"""Forces in the joints of a linkage under load, by the balances of its links, one step after the other in reverse.
+
+What is solved last hangs on what is solved before, so the forces of its joints follow from its own loads. A link that
+keeps a joint at the distance r from its centre can take up any force along r; what acts on it about the centre gives
+the part of the force in the joint across r. A slot takes up a force across its line. The two forces along r or across
+a line that a joint is placed by follow from the balance of its pin; the rest from the sums of forces of each link.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from functools import reduce
+
+from explore.mechanisms.linkages.equations import Equations
+from explore.mechanisms.linkages.graph import Number
+from explore.mechanisms.linkages.loads import Loading
+from explore.mechanisms.linkages.steps import (
+    Circle,
+    Drive,
+    DriveOnLines,
+    JoinPoint,
+    Locus,
+    PlacePoint,
+    PoseBySlot,
+    SlideInSlot,
+    SlideLine,
+    Step,
+)
+from explore.mechanisms.linkages.table import FRAME, Slide, Slot
+from explore.mechanisms.linkages.vectors import Local, cross, dot, minus
+
+
+class Reactions:
+    """The forces in the joints.
+
+    Attributes
+    ----------
+    on_bodies
+        Forces of pins on bodies, N, by the names of both.
+    across
+        Forces of slots on their pins, and of what links slide on that only translate on these, by the names of slots
+        and links, N: positive along the direction turned to the left.
+    along
+        The force that drives a pin along its slot, N; 0 where a link turns.
+    moment
+        The moment that turns the driver, N mm; 0 where a pin is driven.
+    """
+
+    def __init__(self, equations: Equations, loading: Loading) -> None:
+        self._equations, self._table = equations, equations.table
+        self._zero = equations.graph.constant(0.0)
+        self.on_bodies: dict[tuple[str, str], Local] = {}
+        self.across: dict[str, Number] = {}
+        self.along = self.moment = self._zero
+        # What acts on pins and bodies; reactions are added as they are found.
+        self._pins = {
+            point: reduce(_sum, loading.on_pins.get(point, []), (self._zero, self._zero))
+            for point in self._table.pinned.points
+        }
+        self._acting = defaultdict(list, {body: list(forces) for body, forces in loading.on_bodies.items()})
+        self._moments = {body.name: sum(loading.moments.get(body.name, []), self._zero) for body in self._table.bodies}
+        self._last: tuple[str, ...] = ()
+        for step in equations.steps:
+            if isinstance(step, DriveOnLines):
+                self._last = (step.first[0], step.second[0])
+        for step in reversed(equations.steps):
+            self._take(step)
+        for point, _ in self._table.frame.points:
+            self._pass_on(point, FRAME)
+
+    def _take(self, step: Step) -> None:
+        match step:
+            case PlacePoint():
+                if step.point not in self._last:  # those of `DriveOnLines` follow from its lines
+                    self._pass_on(step.point, step.body)
+            case JoinPoint():
+                self._join(step)
+            case PoseBySlot():
+                self._hold_by_slot(step)
+            case SlideInSlot():
+                self._slide_in_slot(step)
+            case Drive():
+                self.moment = -self._moment(step.link, step.pivot)
+                self._hold(step.link, step.pivot)
+            case DriveOnLines():
+                self._drive_on_lines(step)
+
+    # balances of steps
+
+    def _join(self, step: JoinPoint) -> None:
+        loci = step.first, step.second
+        (first, along), (second, beside) = (self._force_of(step.point, locus) for locus in loci)
+        rest = _sum(self._pins[step.point], _sum(first, second))
+        a, b = self._shares(rest, along, beside, step.point)
+        self._apply(step.point, step.first, _sum(first, _times(along, a)), a)
+        self._apply(step.point, step.second, _sum(second, _times(beside, b)), b)
+
+    def _drive_on_lines(self, step: DriveOnLines) -> None:
+        (p, line), (q, other) = step.first, step.second
+        (first, along), (second, beside) = self._force_of(p, line), self._force_of(q, other)
+        rest = _sum(_sum(self._pins[p], self._pins[q]), _sum(first, second))
+        a, b = self._shares(_sum(rest, self._total(step.link)), along, beside, step.link)
+        self._apply(p, line, _sum(first, _times(along, a)), a)
+        self._apply(q, other, _sum(second, _times(beside, b)), b)
+        self._pass_on(p, step.link)
+        self._pass_on(q, step.link)
+        self.moment = -self._moment(step.link, p)
+
+    def _hold_by_slot(self, step: PoseBySlot) -> None:
+        normal = self._moment(step.link, step.point) / self._equations.determinants[step.slot.name]
+        self._press(step.slot, normal)
+        self._hold(step.link, step.point)
+
+    def _slide_in_slot(self, step: SlideInSlot) -> None:
+        normal, other = self._normal_of_slide(step.slide), self._normal(step.slot)
+        a, b = self._shares(self._total(step.link), normal, other, step.slot.name)
+        self._press(step.slot, -b)
+        self._guide(step.slide, a, step.slot.pin)
+
+    def _force_of(self, point: str, locus: Locus) -> tuple[Local, Local]:
+        """The force of a locus on a pin: what is known of it, and the direction of the rest."""
+        if isinstance(locus, Slot):
+            return (self._zero, self._zero), self._normal(locus)
+        if isinstance(locus, SlideLine):
+            return self._total(locus.slide.link), self._normal_of_slide(locus.slide)
+        arm = minus(self._place(point), self._place(locus.centre))
+        across = self._moment(locus.link, locus.centre) / dot(arm, arm)
+        return _times(_left(arm), across), arm
+
+    def _shares(self, rest: Local, first: Local, second: Local, joint: str) -> tuple[Number, Number]:
+        """The multiples of two directions that balance a force; the cross product of the two is known of the joint."""
+        determinant = self._equations.determinants[joint]
+        return -(cross(rest, second) / determinant), -(cross(first, rest) / determinant)
+
+    def _apply(self, point: str, locus: Locus, force: Local, share: Number) -> None:
+        """Note the force of a locus on a pin, and what follows on its link."""
+        if isinstance(locus, Slot):
+            self._press(locus, share)
+            return
+        link = locus.link if isinstance(locus, Circle) else locus.slide.link
+        self._put(point, link, (-force[0], -force[1]))
+        if isinstance(locus, Circle):
+            self._hold(link, locus.centre)
+        else:
+            self._guide(locus.slide, share, point)
+
+    # forces that were found
+
+    def _put(self, point: str, body: str, force: Local) -> None:
+        """Note the force of a pin on a body: of a driven one that along its slot, which drives it, and that across."""
+        slot = self._table.driven_slot
+        if slot is not None and (point, body) == (slot.pin, slot.body):
+            self.along, self.across[slot.name] = -dot(force, self._along(slot)), -dot(force, self._normal(slot))
+        else:
+            self.on_bodies[point, body] = force
+        self._pins[point] = minus(self._pins[point], force)
+        self._acting[body].append((self._place(point), force))
+
+    def _pass_on(self, point: str, body: str) -> None:
+        """Note that a pin passes on to a body what acts on it."""
+        self._put(point, body, self._pins[point])
+
+    def _hold(self, link: str, point: str) -> None:
+        """Note the force of the last pin of a link, which balances it."""
+        x, y = self._total(link)
+        self._put(point, link, (-x, -y))
+
+    def _press(self, slot: Slot, size: Number) -> None:
+        """Note the force of a slot on its pin, and the reaction."""
+        self.across[slot.name] = size
+        force = _times(self._normal(slot), size)
+        self._pins[slot.pin] = _sum(self._pins[slot.pin], force)
+        self._acting[slot.body].append((self._place(slot.pin), (-force[0], -force[1])))
+
+    def _guide(self, slide: Slide, size: Number, point: str) -> None:
+        """Note the force on a link that only translates at a point, with the moment that balances it; and reactions."""
+        self.across[slide.link] = size
+        force, moment = _times(self._normal_of_slide(slide), size), -self._moment(slide.link, point)
+        place = self._place(point)
+        self._acting[slide.link].append((place, force))
+        self._acting[slide.body].append((place, (-force[0], -force[1])))
+        self._moments[slide.link] = self._moments[slide.link] + moment
+        self._moments[slide.body] = self._moments[slide.body] - moment
+
+    # sums and directions
+
+    def _total(self, body: str) -> Local:
+        return reduce(_sum, (force for _, force in self._acting[body]), (self._zero, self._zero))
+
+    def _moment(self, body: str, point: str) -> Number:
+        """The moment of what acts on a body about a point, N mm."""
+        about = self._place(point)
+        arms = (cross(minus(place, about), force) for place, force in self._acting[body] if place != about)
+        return sum(arms, self._moments[body])
+
+    def _place(self, point: str) -> Local:
+        x, y = self._equations.points[point]
+        return x.terms[0], y.terms[0]
+
+    def _along(self, slot: Slot) -> Local:
+        x, y = self._equations.slot_direction(slot)
+        return x.terms[0], y.terms[0]
+
+    def _normal(self, slot: Slot) -> Local:
+        return _left(self._along(slot))
+
+    def _normal_of_slide(self, slide: Slide) -> Local:
+        x, y = self._equations.slide_direction(slide)
+        return _left((x.terms[0], y.terms[0]))
+
+
+def _left(vector: Local) -> Local:
+    """A vector turned by a quarter to the left."""
+    return -vector[1], vector[0]
+
+
+def _sum(first: Local, second: Local) -> Local:
+    return first[0] + second[0], first[1] + second[1]
+
+
+def _times(vector: Local, factor: Number) -> Local:
+    return vector[0] * factor, vector[1] * factor
