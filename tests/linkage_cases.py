@@ -204,6 +204,7 @@ ALL_LOADS = {
     },
     "forces": {"D": ["f", 3]},
     "torques": {"lever": 0.7, "link": {"torque": -0.4, "against": "lever"}, "crank": 0.05},
+    "opposing": {"ram": "cut"},
     "springs": {
         "pull": {"between": ["A", "S"], "rate": 300, "rest": 120},
         "tie": {"between": ["C", "A"], "rate": 150, "rest": 0},
@@ -221,7 +222,7 @@ ALL_LOADS = {
 }
 
 #: Values of the parameters of these loads, with the speed.
-AMOUNTS = {"g": 9.81, "m": 0.6, "j": 0.0004, "f": 8.0, "k": 220.0, "speed": 9.0}
+AMOUNTS = {"g": 9.81, "m": 0.6, "j": 0.0004, "f": 8.0, "k": 220.0, "cut": 45.0, "speed": 9.0}
 
 
 def with_loads(case, loads, **units):
@@ -230,6 +231,7 @@ def with_loads(case, loads, **units):
     return Linkage(linkage_of(case).content | {"loads": loads, "parameters": parameters})
 
 
-def loaded_shaper():
+def loaded_shaper(without=()):
     """The unit of j does not follow from 2 * j; m alone says that of m / 2."""
-    return with_loads(CASES["crank-shaper"], ALL_LOADS, j="kg m^2")
+    loads = {kind: part for kind, part in ALL_LOADS.items() if kind not in without}
+    return with_loads(CASES["crank-shaper"], loads, j="kg m^2")

@@ -21,6 +21,7 @@ from explore.base.lanes.designs import fill_motion_of_design
 from explore.figures.reporting.javascript import translate
 from explore.mechanisms.linkages import declaration, native_code
 from explore.mechanisms.registry import MECHANISMS
+from explore.studies.request import requests
 
 #: A function in LLVM's language that gives a number.
 TEXT = "define double @number() {{\n  ret double {}.0\n}}\n"
@@ -58,7 +59,7 @@ def test_memory_is_bounded():
     name, fill = linkage.mechanism.name, weakref.ref(linkage.mechanism.fill)
     assert name in MECHANISMS
     del linkage
-    for cached in (declaration.linkage_mechanism, declaration._specialise):
+    for cached in (declaration.linkage_mechanism, declaration._specialise, requests._plain_request):
         assert cached.cache_parameters()["maxsize"] <= 256
         cached.cache_clear()
     gc.collect()
@@ -173,7 +174,10 @@ def test_functions_of_expressions_are_those_of_python():
     ids=["watt-2", "all-functions", "loads"],
 )
 def test_a_page_computes_the_same_motion(tmp_path, linkage, values, anchor):
-    """By close and fill in JavaScript, in Node.js, to the last bits: the order of sums may differ."""
+    """By close and fill in JavaScript, in Node.js, to the last bits: the order of sums may differ.
+
+    The number of the law is that of the anchor.
+    """
     node = shutil.which("node")
     if node is None:
         pytest.skip("node is not installed")
@@ -182,7 +186,7 @@ def test_a_page_computes_the_same_motion(tmp_path, linkage, values, anchor):
     expected = np.zeros((mechanism.signal_rows, 1))
     fill_motion_of_design(
         mechanism.fill, np.ascontiguousarray(mechanism.constants(designs)[:, 0]), np.array([anchor]),
-        np.zeros(1, np.int64), np.array([0.3]), 0, 1, mechanism.signal_rows, expected,
+        np.array([anchor]), np.array([0.3]), 0, 1, mechanism.signal_rows, expected,
     )  # fmt: skip
     script = textwrap.dedent(f"""
         const f = {translate(close=mechanism.close, fill=mechanism.fill)};
@@ -190,7 +194,7 @@ def test_a_page_computes_the_same_motion(tmp_path, linkage, values, anchor):
         record.set({designs[:, 0].tolist()}, {mechanism.first_parameter});
         f.close(record);
         const out = new Float64Array({mechanism.signal_rows});
-        f.fill(record, new Float64Array([0.3]), {anchor}, 0, 0, 1, 1, out);
+        f.fill(record, new Float64Array([0.3]), {anchor}, {anchor}, 0, 1, 1, out);
         console.log([record[{mechanism.status_row}], ...out].join());
     """)
     (tmp_path / "page.js").write_text(script)

@@ -76,6 +76,7 @@ def _specialise(table: LinkageTable, names: frozenset[str] | None, *, needs_stro
         names |= {each.signal.corners_at for each in quantities if each.signal.name in names}
     wanted = [each for each in quantities if names is None or each.signal.name in names]
     others = [each for each in quantities if each not in wanted]
+    needs_stroke |= any(each.signal.needs_stroke for each in wanted) and table.limits is None
     rows = _Layout.of(equations, wanted, others)
     signals = tuple(rows.signals[each.signal.name] for each in quantities)
     declare = partial(_declare, needs_stroke=needs_stroke, tells_reach=tells_reach)
@@ -154,6 +155,7 @@ def _declare(
         windows=windows,
         strokes=_STROKES if turns else (),
         drives=("slow", "fast", *_STROKES) if turns else (),
+        breaks=("least", "greatest") if any(each.signal.needs_stroke for each in filled) else (),
         marks={"least": LEAST_ROW, "greatest": GREATEST_ROW} if turns else {},
         default_window=windows[0].name,
         output_signals={"": output},

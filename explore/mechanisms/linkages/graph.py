@@ -23,6 +23,11 @@ SINE = "@sin"
 #: Inputs of 1 - cos(theta - k pi/2), k = 0 ... 3, of the input angle theta, as sums of positive terms.
 VERSINES = ("@versine0", "@versine1", "@versine2", "@versine3")
 
+#: Input that is 1 while the output moves from its least place or angle to its greatest, then -1.
+SENSE = "@sense"
+#: Input of the half-tangent of the reversal of the output at its least place; no number where there are no strokes.
+LEAST = "@least"
+
 Node = tuple[str | int | float, ...]
 
 

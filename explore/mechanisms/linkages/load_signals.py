@@ -34,8 +34,9 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
     yield _quantity(
         loading, positive, "positive_power", "W", "power of the drive where it drives, else 0", corners_at="drive_power"
     )
-    if loses_power(table):
-        yield _quantity(loading, loading.loss, "friction_power", "W", "power that dampers take")
+    if table.loads.lose_power:
+        words = "power that dampers and what opposes the motion take"
+        yield _quantity(loading, loading.loss, "friction_power", "W", words)
     yield from _find_forces(equations, loading, table.loads)
 
 
@@ -75,14 +76,9 @@ def _quantity(
 ) -> Quantity:
     signal = Signal(
         name, unit, long_name, -1, 1, speed_power=speed_power, pole_order=_POLE_ORDER, depends_on_load=True,
-        has_corners=corners_at != "", corners_at=corners_at,
+        has_corners=corners_at != "", corners_at=corners_at, needs_stroke=loading.opposes,
     )  # fmt: skip
     return Quantity(signal, number, tuple(dict.fromkeys(loading.angles)), tuple(loading.squares))
-
-
-def loses_power(table: LinkageTable) -> bool:
-    """Whether loads take power whichever way the linkage moves."""
-    return table.loads is not None and any(element.kind == "damper" for element in table.loads.elements)
 
 
 def load_formulas(table: LinkageTable, window: str) -> tuple[Formula, ...]:
@@ -91,13 +87,13 @@ def load_formulas(table: LinkageTable, window: str) -> tuple[Formula, ...]:
         return ()
     peaks = tuple(f"{point}_force_on_{body}_max_{window}" for point, body in force_places(table, table.loads))
     peak = Formula("pin_force_peak", "N", "largest force in a pin", "min", peaks, largest, selects_one=True)
-    works = WORK_FORMULAS if loses_power(table) else WORK_FORMULAS[:1]
+    works = WORK_FORMULAS if table.loads.lose_power else WORK_FORMULAS[:1]
     return (peak, *works) if table.limits is None else (peak,)
 
 
 def balanced_signals(table: LinkageTable) -> tuple[str, ...]:
     """The signals whose mean over the turn is exactly 0, as all loads give back what they take."""
-    if table.loads is None or loses_power(table) or any(each.kind == "torque" for each in table.loads.elements):
+    if table.loads is None or table.loads.lose_power or table.loads.has("torque"):
         return ()
     return ("drive_power",) if table.driven_slot else (_TORQUE, "drive_power")
 

@@ -14,7 +14,7 @@ from collections import defaultdict
 
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import read_expression
-from explore.mechanisms.linkages.graph import Number, Series
+from explore.mechanisms.linkages.graph import LEAST, SENSE, Number, Series
 from explore.mechanisms.linkages.table import Coordinate, Element, Loads, Mass, Place
 from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minus
 
@@ -39,6 +39,8 @@ class Loading:
         Links whose angles the loads depend on.
     squares
         Squares of distances that are divided by.
+    opposes
+        Whether forces jump where the output turns back.
     """
 
     def __init__(self, equations: Equations, loads: Loads) -> None:
@@ -46,9 +48,12 @@ class Loading:
         self._zero = self._graph.constant(0.0)
         self._speed = self._graph.input(SPEED) if loads.is_dynamic else self._zero
         self._power, self._loss = self._zero, self._zero
+        is_number = abs(self._graph.input(LEAST)).call("minimum", self._zero)
+        self._sense = self._graph.input(SENSE) + is_number
         self.on_pins: dict[str, list[Local]] = defaultdict(list)
         self.on_bodies: dict[str, list[tuple[Local, Local]]] = defaultdict(list)
         self.moments: dict[str, list[Number]] = defaultdict(list)
+        self.opposes = loads.oppose
         self.angles: list[str] = []
         self.squares: list[Series] = []
         gravity = loads.gravity
@@ -69,7 +74,7 @@ class Loading:
 
     @property
     def loss(self) -> Number:
-        """The power that dampers take, over the speed, N m."""
+        """The power that dampers and what opposes the motion take, over the speed, N m."""
         return self._loss * _METERS
 
     def _read(self, coordinate: Coordinate) -> Number:
@@ -168,16 +173,17 @@ class Loading:
             self._turn(link, torque * sign, rate)
 
     def _force(self, element: Element, place: Number, rate: Number) -> Number:
-        """The force of a spring or a damper against its length or position, N."""
+        """The force of an element against its length or position, N."""
         return self._resist(element, place, rate, _METERS, 1.0)
 
     def _resist(self, element: Element, place: Number, rate: Number, unit: float, rest_unit: float) -> Number:
-        """What a spring or a damper resists with; its lengths or angles times `unit` are in m or rad."""
+        """What an element resists with; its lengths or angles times `unit` are in m or rad."""
         size = self._read(element.size)
         if element.kind == "spring":
             rest = self._read(element.rest) * rest_unit if element.rest else self._zero
             return size * (place - rest) * unit
-        resistance = _not_negative(element.size, size) * rate * self._speed * unit
+        amount = _not_negative(element.size, size)
+        resistance = amount * self._sense if element.kind == "opposing" else amount * rate * self._speed * unit
         self._loss = self._loss + resistance * rate * (unit / _METERS)
         return resistance
 

@@ -64,6 +64,8 @@ def _expression(operation: Operation, parts: list[str], word_of: WordOf) -> str:
             return parts[0]
         case "tangent":
             return "tangent"
+        case "law":
+            return "(law == 0 ? 1 : -1)"
         case "mirror":
             return "(anchor == 0 ? 1 : -1)"
         case "choose":

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from explore.mechanisms.linkages.graph import ANGLE, COSINE, SINE, VERSINES, Graph, Number, operands
+from explore.mechanisms.linkages.graph import ANGLE, COSINE, LEAST, SENSE, SINE, VERSINES, Graph, Number, operands
 from explore.mechanisms.linkages.trace import REFERENCE
 
 #: Operations that round nothing.
@@ -39,7 +39,8 @@ class Program:
         Name of the function.
     operations
         In an order in which operands come first. "tangent" and "mirror" take the half-tangent of the angle, and 1 or -1
-        for its anchor; "choose" gives its first operand at the anchor and its second at the opposite.
+        for its anchor; "choose" gives its first operand at the anchor and its second at the opposite. "law" takes 1
+        under the first law of the signals, and -1 under the second.
     literals, reads
         Values of numbers that are written out, and rows of numbers that are read.
     writes
@@ -59,13 +60,15 @@ class Rows:
     def __init__(self, graph: Graph, links: Sequence[str]) -> None:
         self._graph = graph
         # The rows before are written at the end; references follow one after the other, whether used or not.
-        self._references = [graph.input(f"{REFERENCE}{link}:{part}").index for link in links for part in range(3)]
-        self._rows = {k: row for row, k in enumerate(self._references, FIRST_REFERENCE)}
+        references = [graph.input(f"{REFERENCE}{link}:{part}").index for link in links for part in range(3)]
+        self._rows = {k: row for row, k in enumerate(references, FIRST_REFERENCE)}
+        self._rows[graph.input(LEAST).index] = LEAST_ROW
+        self._written_last = frozenset(self._rows)
 
     @property
     def count(self) -> int:
         """Number of constants."""
-        return FIRST_REFERENCE + len(self._rows)
+        return FIRST_REFERENCE - 1 + len(self._rows)
 
     def add(self, outputs: Sequence[Number]) -> None:
         """Add the constants that outputs need."""
@@ -88,7 +91,7 @@ class Rows:
     def of_design(self, name: str, parameters: Mapping[str, int]) -> Program:
         """The program that fills the constants from the rows of parameters."""
         graph = self._graph
-        writes = [(row, k) for k, row in self._rows.items() if k not in self._references]
+        writes = [(row, k) for k, row in self._rows.items() if k not in self._written_last]
         order = graph.needed(Number(graph, k) for _, k in writes)
         reads = {k: parameters[str(graph.nodes[k][1])] for k in order if graph.nodes[k][0] == "input"}
         return _program(name, graph, [k for k in order if k not in reads], reads, writes)
@@ -108,7 +111,7 @@ class Rows:
         waiting, order = [output.index for output in outputs], set[int]()
         while waiting:
             k = waiting.pop()
-            if k not in order and computes(k) and k not in self._references:
+            if k not in order and computes(k) and k not in self._written_last:
                 order.add(k)
                 waiting += operands(graph.nodes[k])
         return _program(name, graph, sorted(order), self._rows, [(row, each.index) for row, each in enumerate(outputs)])
@@ -148,7 +151,7 @@ def _inputs_of_angle(graph: Graph) -> dict[str, Number]:
     behind, ahead = (1.0 - u) * (1.0 - u) * inverse, (1.0 + u) * (1.0 + u) * inverse
     pairs = ((less, more), (behind, ahead), (more, less), (ahead, behind))
     versines = {name: one.call("choose", other) for name, (one, other) in zip(VERSINES, pairs, strict=True)}
-    return {COSINE: (1.0 - square) * signed, SINE: (u + u) * signed, **versines}
+    return {COSINE: (1.0 - square) * signed, SINE: (u + u) * signed, SENSE: graph.input("law"), **versines}
 
 
 _ANGLE = Graph()

@@ -116,24 +116,25 @@ class PointForce:
 
 @dataclass(frozen=True)
 class Element:
-    """A spring, a damper or a torque.
+    """A spring, a damper, a torque, or what opposes the motion of the output.
 
     Attributes
     ----------
     kind
-        "spring", "damper" or "torque".
+        "spring", "damper", "torque" or "opposing".
     name
         Its name in the table.
     ends
         What it acts between: two points, along the line through them; a slot, along it; or a link, about the frame or
         about a second link.
     size
-        The torque counter-clockwise on the first link, or the rate: in N/m, N s/m, N m/rad, N m s/rad or N m.
+        The torque counter-clockwise on the first link, N m; the rate, in N/m, N s/m, N m/rad or N m s/rad; or the
+        force or torque against the motion, N or N m.
     rest
         Length, position or angle at which a spring is relaxed, mm or deg.
     """
 
-    kind: Literal["spring", "damper", "torque"]
+    kind: Literal["spring", "damper", "torque", "opposing"]
     name: str
     ends: tuple[str, ...]
     size: Coordinate
@@ -152,7 +153,21 @@ class Loads:
     @property
     def is_dynamic(self) -> bool:
         """Whether the speed changes them."""
-        return bool(self.masses) or any(element.kind == "damper" for element in self.elements)
+        return bool(self.masses) or self.has("damper")
+
+    @property
+    def oppose(self) -> bool:
+        """Whether they oppose the motion of the output, and so jump where it turns back."""
+        return self.has("opposing")
+
+    @property
+    def lose_power(self) -> bool:
+        """Whether they take power whichever way the linkage moves."""
+        return self.has("damper") or self.oppose
+
+    def has(self, kind: str) -> bool:
+        """Whether there is an element of a kind."""
+        return any(element.kind == kind for element in self.elements)
 
 
 def carrier(body: str, slides: Iterable[Slide]) -> str:

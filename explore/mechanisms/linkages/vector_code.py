@@ -131,6 +131,10 @@ class _Body:
         """Statements, and stores of results as soon as they are known."""
         if any(operation.name in ("mirror", "choose") for operation in self._program.operations):
             yield f"  %opposite = fcmp une {_VECTOR} %anchor, {_splat(0.0)}"
+        if any(operation.name == "law" for operation in self._program.operations):
+            yield "  %is.first = icmp eq i64 %law, 0"
+            yield f"  %sense.one = select i1 %is.first, double {_hex(1.0)}, double {_hex(-1.0)}"
+            yield _spread("%sense", "%sense.one").rstrip()
         rows: dict[int, list[int]] = {}
         for row, k in self._program.writes:
             rows.setdefault(k, []).append(row)
@@ -159,8 +163,8 @@ class _Body:
         k, name = operation.result, operation.name
         parts = [self._texts[each] for each in operation.operands]
         result = self._texts[k] = f"%t{k}" if k >= 0 else f"%a{~k}"
-        if name in ("input", "tangent"):
-            self._texts[k] = parts[0] if parts else "%tangent"
+        if name in ("input", "tangent", "law"):
+            self._texts[k] = parts[0] if parts else "%sense" if name == "law" else "%tangent"
         elif name in _SYMBOLS:
             yield f"  {result} = {_SYMBOLS[name]} {self._flags}{_VECTOR} {parts[0]}, {parts[1]}"
         elif name == "neg":

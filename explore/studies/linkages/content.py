@@ -58,6 +58,7 @@ def _loads(loads: Loads) -> dict[str, Any]:
         "masses": {mass.owner: _mass(mass) for mass in loads.masses},
         "forces": {force.point: _pair(force.force) for force in loads.forces},
         "torques": {each.name: _torque(each) for each in loads.elements if each.kind == "torque"},
+        "opposing": {each.name: _number(each.size) for each in loads.elements if each.kind == "opposing"},
         "springs": {each.name: _spring(each) for each in loads.elements if each.kind == "spring"},
         "dampers": {each.name: _spring(each) for each in loads.elements if each.kind == "damper"},
     }

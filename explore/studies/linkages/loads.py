@@ -1,4 +1,4 @@
-"""Read the section [linkage.loads]: masses, gravity, forces, torques, springs and dampers."""
+"""Read the section [linkage.loads]: masses, gravity, forces, torques, springs, dampers, and what opposes the output."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -15,6 +15,7 @@ _EXAMPLES = {
     "forces": "P = [0, -20]",
     "torques": "rocker = 2.5",
     "springs": 'return = { between = ["P", "Q"], rate = 400, rest = 60 }',
+    "opposing": "ram = 40",
     "dampers": 'brake = { between = "ram", rate = 20 }',
 }
 _KEYS = ("gravity", *_EXAMPLES)
@@ -22,15 +23,18 @@ _MASS_KEYS = ("mass", "centroid", "inertia")
 _TORQUE_KEYS = ("torque", "against")
 #: Units of rates of springs and dampers, along a line and of an angle.
 _RATES = {"springs": ("N/m", "N m/rad"), "dampers": ("N s/m", "N m s/rad")}
+#: Units of what is not negative.
+_AMOUNTS = ("kg", "kg m^2", "N s/m", "N m s/rad")
 #: Largest number of entries of a part.
-_MOST_ENTRIES = 60
+_MOST_ENTRIES = 40
 
 
 class LoadReader:
     """The loads of a structure, with their coordinates; problems are appended to those of the structure."""
 
-    def __init__(self, structure: Structure, driver: str) -> None:
+    def __init__(self, structure: Structure, driver: str, output: str, *, turns: bool) -> None:
         self._structure, self._driver, self._problems = structure, driver, structure.problems
+        self._output, self._turns = output, turns
         self._links = [link.name for link in structure.links]
         self._slots = [slot.name for slot in structure.slots]
         fixed = structure.bodies[FRAME].place_of
@@ -48,6 +52,7 @@ class LoadReader:
         masses = tuple(self._mass(name, entry) for name, entry in parts["masses"].items())
         forces = tuple(self._point_force(name, entry) for name, entry in parts["forces"].items())
         elements = [self._torque(name, entry) for name, entry in parts["torques"].items()]
+        elements += [self._opposing(name, entry) for name, entry in parts["opposing"].items()]
         elements += [self._spring(kind, name, entry) for kind in _RATES for name, entry in parts[kind].items()]
         if gravity is not None and not masses and not self._problems:
             self._problems.append(((*key, "gravity"), "acts on masses, and there is none; write them in masses"))
@@ -101,6 +106,18 @@ class LoadReader:
             size = self._amount(entry, key, "N m")
         self._check_turns(ends, key)
         return Element("torque", name, ends, size)
+
+    def _opposing(self, name: str, entry: object) -> Element:
+        key = (SECTION, "loads", "opposing", name)
+        known = [*self._slots, *self._links]
+        self._check_name(name, key, known, "slot or link")
+        if name in known and name != self._output:
+            reason = "only the motion of the output can be opposed"
+            advice = f"and {self._output} is the output" if self._output else f'write output = "{name}"'
+            self._problems.append((key, f"{reason}, {advice}"))
+        elif not self._turns:
+            self._problems.append((key, "a linkage with a range has no strokes, in which motions are opposed"))
+        return Element("opposing", name, (name,), self._amount(entry, key, "N m" if name in self._links else "N"))
 
     def _spring(self, kind: str, name: str, entry: object) -> Element:
         key = (SECTION, "loads", kind, name)
@@ -159,7 +176,11 @@ class LoadReader:
         before = len(self._problems)
         coordinate = read_amount(entry, key, self._problems, unit)
         value = coordinate.steps[0][1]
-        if unit in ("kg", "kg m^2", "N s/m", "N m s/rad") and not coordinate.names and value < 0.0:
+        if (
+            (unit in ("kg", "kg m^2", "N s/m", "N m s/rad") or key[2] == "opposing")
+            and not coordinate.names
+            and value < 0.0
+        ):
             self._problems.append((key, f"must not be negative, got {value:g}"))
         if len(self._problems) == before:
             self.coordinates.append((coordinate, key, unit))

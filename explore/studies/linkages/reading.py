@@ -71,7 +71,7 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems) -> Li
     driver = _driver(section, structure, problems)
     _add_copies(structure, driver, read_part(section, "copies", problems))
     output = _output(section, driver, structure, problems)
-    reader = LoadReader(structure, driver)
+    reader = LoadReader(structure, driver, output, turns="range" not in section)
     loads = reader.read(read_part(section, "loads", problems))
     coordinates = [*located_coordinates(structure), *reader.coordinates]
     taken = dict.fromkeys(structure.points, "a point") | {slot.name: "a slot" for slot in structure.slots}
