@@ -110,7 +110,7 @@ def evaluate_graph(numbers, parameters, angle):
         values = [done[each] for each in operands(graph.nodes[k])]
         match operation:
             case "constant":
-                done[k] = mpmath.mpf(rest[0])
+                done[k] = mpmath.mpf(rest[0]) + rest[1]
             case "input":
                 done[k] = inputs[rest[0]] if rest[0] in inputs else mpmath.mpf(parameters[rest[0]])
             case "add" | "exact_sum":

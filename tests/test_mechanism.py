@@ -132,6 +132,12 @@ def test_functions_are_compiled():
         )
 
 
+def test_precise_functions_are_given_together():
+    for name in ("precise_fill", "disturbed_precise_fill"):
+        sentence = "precise_fill and disturbed_precise_fill are given together"
+        assert problem(MECHANISM, **{name: MECHANISM.fill}) == sentence
+
+
 def test_one_window_is_the_whole_motion():
     cycle, *others = RIG.windows
     sentence = "windows are the full turn or the range of input angles; exactly one is"

@@ -3,7 +3,8 @@
 1. Closed form of the whole block; 2. screening by constraints on closed-form metrics, then on statistics and formulas
 that are known without samples; 3. sampling of the signals that the request uses, with the nodes that each design's
 geometry needs; 4. exact scaling with the speed: designs that differ only in speed share one kinematic evaluation,
-because velocities are proportional to the speed and accelerations to its square; 5. derived metrics.
+because velocities are proportional to the speed and accelerations to its square; 5. derived metrics; 6. all of this
+once more with more digits, for designs that miss the tolerance, where the mechanism can.
 
 The bound `error` of a row is over all statistics requested of it: |error of mean|/rms, |error of variance|/rms^2, of
 std and rms over rms, of extremes over the largest |signal|, of cv and derived metrics relative; of a formula of the
@@ -13,8 +14,10 @@ Signals under load are not proportional to a power of the speed. Where a request
 only if their loads and, for dynamic loads, their speeds are equal.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -45,6 +48,14 @@ class Evaluation:
 
     columns: Arrays
     kinematic_evaluations: int
+
+    def replace(self, rows: npt.NDArray[np.intp], others: Evaluation) -> Evaluation:
+        """The same with these rows from another evaluation."""
+        columns = dict(self.columns)
+        for name, column in others.columns.items():
+            columns[name] = columns[name].copy()
+            columns[name][rows] = column
+        return Evaluation(columns, self.kinematic_evaluations + others.kinematic_evaluations)
 
 
 def output_columns(request: Request, parameters: Sequence[str]) -> tuple[Column, ...]:
@@ -84,9 +95,22 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     """Evaluate designs: parameters by name, each of shape (n,), in declared units; those with a default may be missing.
 
     `parameters` has the metrics that are given with the designs, too. The columns are those of `output_columns`,
-    without "design".
+    without "design". Designs that miss the tolerance are evaluated once more by the precise functions of the mechanism,
+    if it has these and no window ends, or law changes, at marks, which have the digits of doubles only.
     """
     _keep_freed_memory()
+    evaluation = _evaluate(request, parameters)
+    missed = np.flatnonzero(~(evaluation.columns["error"] <= request.tolerance))
+    has_marks = bool(request.breaks) or any(metric.window.needs_stroke for metric in request.sampled)
+    mechanism = None if has_marks or not len(missed) else request.kernel.precise
+    if mechanism is None:
+        return evaluation
+    precise = replace(request, mechanism=mechanism, is_finest=True)
+    return evaluation.replace(missed, _evaluate(precise, {name: column[missed] for name, column in parameters.items()}))
+
+
+def _evaluate(request: Request, parameters: Arrays) -> Evaluation:
+    """Evaluate designs once; see `evaluate_columns`."""
     mechanism = request.mechanism
     inputs = _complete(mechanism, parameters)
     given = {metric.name: parameters[metric.name].astype(np.float64) for metric in mechanism.given}

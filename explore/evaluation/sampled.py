@@ -41,6 +41,8 @@ _FLAGS = {
 }
 #: Factor on the tolerance of the inputs of derived metrics: formulas multiply errors, a bearing life by 10/3.
 _INPUT_TOLERANCE_FACTOR = 0.02
+#: Tolerance of the inputs of derived metrics that are to be as exact as they can be: a few times their rounding.
+_FINEST_TOLERANCE = 1e-14
 
 
 @dataclass
@@ -197,7 +199,9 @@ def _added_corners(
 
 def statistics_tolerance(request: Request) -> float:
     """The tolerance of statistics, which is smaller where derived metrics depend on them."""
-    return request.tolerance * (_INPUT_TOLERANCE_FACTOR if any(m.sampled for m in request.derived) else 1.0)
+    if not any(m.sampled for m in request.derived):
+        return request.tolerance
+    return _FINEST_TOLERANCE if request.is_finest else _INPUT_TOLERANCE_FACTOR * request.tolerance
 
 
 def _loop_arguments(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -68,6 +69,9 @@ class Mechanism(Declaration):
     disturbed_fill
         Like `fill`, with every operation disturbed as `explore.base.lanes.disturbance` says: it tells how each signal
         amplifies rounding errors. None where `noise_row`, the terms and the lengths of signals tell that.
+    precise_fill, disturbed_precise_fill
+        The same with more digits, for designs that miss their tolerance by the rounding of `fill`; the second one
+        disturbs half-tangents and the operations of the first as much as they are rounded. None where there are none.
     integrals
         ``integrals(constants, starts, stops, out)`` fills mean, variance and bounds of their absolute errors for unit
         speed, the row ``out[(k * INTEGRALS + j) * LANES + lane]`` for each number k of `integrated_rows`, over the
@@ -84,6 +88,8 @@ class Mechanism(Declaration):
     close: Callable[..., None]
     fill: Callable[..., None]
     disturbed_fill: Callable[..., None] | None = None
+    precise_fill: Callable[..., None] | None = None
+    disturbed_precise_fill: Callable[..., None] | None = None
     integrals: Callable[..., None] | None = None
     extended: Mechanism | None = None
     specialise: Callable[..., Mechanism] | None = None
@@ -98,6 +104,8 @@ class Mechanism(Declaration):
         check_declaration(self)
         if (self.integrals is None) != (not self.integrated_rows):
             raise ValueError(f"mechanism '{self.name}': integrals and integrated_rows are given together or not at all")
+        if (self.precise_fill is None) != (self.disturbed_precise_fill is None):
+            raise ValueError(f"mechanism '{self.name}': precise_fill and disturbed_precise_fill are given together")
 
     @property
     def knows_rounding(self) -> bool:
@@ -118,6 +126,13 @@ class Mechanism(Declaration):
     def for_signals(self, names: Iterable[str], *, needs_stroke: bool = False) -> Mechanism:
         """The mechanism with a kernel for signals and metrics of these names; itself where it has one for all."""
         return self.specialise(frozenset(names), needs_stroke=needs_stroke) if self.specialise else self
+
+    @cached_property
+    def precise(self) -> Mechanism | None:
+        """The mechanism by its precise functions, for signals that it fills itself; None where it has none."""
+        if self.precise_fill is None:
+            return None
+        return replace(self, fill=self.precise_fill, disturbed_fill=self.disturbed_precise_fill)
 
     def with_points(self, points: tuple[str, ...]) -> Mechanism:
         """The mechanism with points of its floating link: their parameters, signals, panels, paths, and overall size.

@@ -44,6 +44,8 @@ class Request:
         Name of the stroke that the window "drive" is.
     tolerance
         Largest allowed error bound of a design, relative; `explore.evaluation.evaluate` has the norms.
+    is_finest
+        Whether the statistics that derived metrics depend on are to be as exact as they can be.
     """
 
     mechanism: Mechanism
@@ -52,6 +54,7 @@ class Request:
     window: Window
     drive: str
     tolerance: float
+    is_finest: bool = False
 
     @cached_property
     def all_metrics(self) -> tuple[AnyMetric, ...]:

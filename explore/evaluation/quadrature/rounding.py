@@ -1,8 +1,9 @@
 """Rounding errors of signals, from samples whose operations are disturbed; see `explore.base.lanes.disturbance`.
 
 Every few nodes of a panel are sampled once more, disturbed. An amplification is the change of a sample over the
-disturbance: what a relative error of each operation is multiplied by. Over a window the mean square counts, for
-extremes the largest one. Nodes stand closer than singularities are far, and amplifications are as smooth as signals.
+disturbance: what a relative error of each operation is multiplied by. Over a window the mean square counts relative to
+that of the signal, for extremes the largest one relative to the largest sample, too. Nodes stand closer than
+singularities are far, and amplifications are as smooth as signals.
 """
 
 import math
@@ -34,43 +35,58 @@ def fill_roundings(disturbed_fill, sizes, tables, w, anchor, law, variant, count
     for s in range(rows):
         if not tables.flags[w, s]:
             continue
-        largest = tables.flags[w, s] & FLAG_EXTREMES != 0
-        totals = tile.disturbed[s * LANES :]
+        totals, plain = tile.disturbed[s * LANES :], signals[s * LANES :]
+        if tables.flags[w, s] & FLAG_EXTREMES:
+            _store_largest(s, rows, used, lanes, scale, signals, tile, sums)
         for j in range(used):
-            disturbed, plain = tile.disturbed[(j * rows + s) * LANES :], signals[(j * STRIDE * rows + s) * LANES :]
-            _add_squares(j, largest, disturbed, plain, totals)
+            _add_squares(j, totals[j * rows * LANES :], plain[j * STRIDE * rows * LANES :], totals)
         for lane in range(lanes):
-            square = totals[lane] * scale if largest else totals[lane] * scale / used
+            square = totals[lane] * scale / used
             sums.roundings[s * PANEL_CAPACITY + tile.lane_panels[lane]] = square if square == square else math.inf
 
 
 @subroutine(inlined=True)
-def _add_squares(j, largest, disturbed, plain, totals):
-    """Add the squares of changes at node j, or take the largest; the first overwrite the changes of node 0."""
+def _add_squares(j, disturbed, plain, totals):
+    """Add the squares of changes at node j; those of node 0 overwrite its samples."""
     for lane in range(LANES):
         change = disturbed[lane] - plain[lane]
-        square, total = change * change, totals[lane] if j > 0 else 0.0
-        # not a number where a disturbed design has no motion
-        most = total if square <= total else square
-        totals[lane] = most if largest else total + square
+        totals[lane] = change * change + (totals[lane] if j > 0 else 0.0)
+
+
+@subroutine()
+def _store_largest(s, rows, used, lanes, scale, signals, tile, sums):
+    """Store the squares of the largest amplification and of the largest sample of a row, for each panel of a tile."""
+    for lane in range(lanes):
+        most, largest = 0.0, 0.0
+        for j in range(used):
+            plain = signals[(j * STRIDE * rows + s) * LANES + lane]
+            change = tile.disturbed[(j * rows + s) * LANES + lane] - plain
+            # not a number where a disturbed design has no motion
+            most = most if change * change <= most else change * change
+            largest = max(largest, plain * plain)
+        at = s * PANEL_CAPACITY + tile.lane_panels[lane]
+        sums.largest_roundings[at] = most * scale if most == most else math.inf
+        sums.largest_samples[at] = largest
 
 
 @subroutine()
 def merge_roundings(n, s, flags, stride, work, sums):
     """Fill the amplifications of a row over the windows of the live designs, relative to the rms of the row.
 
-    Those of a row of squares are relative to the mean of these.
+    Those of a row of squares are relative to the mean of these. The largest one, of extremes, counts relative to the
+    largest sample.
     """
     for j in range(n):
-        i, total = work.live[j], 0.0
+        i, total, most, largest = work.live[j], 0.0, 0.0, 0.0
         for p in range(work.panel_count[i]):
             k = work.first_panel[i] + p * stride
-            square = sums.roundings[s * PANEL_CAPACITY + k]
+            at = s * PANEL_CAPACITY + k
+            total += sums.masses[k] * sums.roundings[at] / work.bounds[bounds.AVERAGING + j]
             if flags & FLAG_EXTREMES:
-                total = max(total, square)
-            else:
-                total += sums.masses[k] * square / work.bounds[bounds.AVERAGING + j]
+                most, largest = max(most, sums.largest_roundings[at]), max(largest, sums.largest_samples[at])
+        mean = work.means[s * CHUNK + j]
+        size = mean * mean + (0.0 if flags & FLAG_SQUARES else work.variances[s * CHUNK + j])
+        total = max(total, most * (size / largest)) if largest > 0.0 else total
         if flags & FLAG_SQUARES:
-            mean = work.means[s * CHUNK + j]
             total = total / abs(mean) if mean != 0.0 else 0.0
         work.terms[j] = _SHARE * math.sqrt(total)

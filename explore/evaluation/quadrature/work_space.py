@@ -131,7 +131,8 @@ class PanelSums(NamedTuple):
     """Weights of panels, one number each, and of their signals, row after row, the sums, extremes and tails.
 
     `quadrature.tails` says what a tail is; `earlier_tails` are those on the panel of which this one is a half, and
-    `roundings` squares of amplifications of `quadrature.rounding`.
+    `roundings` squares of amplifications of `quadrature.rounding`, and of extremes those of the largest ones and of the
+    largest samples.
     """
 
     masses: FloatArray
@@ -142,6 +143,8 @@ class PanelSums(NamedTuple):
     tails: FloatArray
     earlier_tails: FloatArray
     roundings: FloatArray
+    largest_roundings: FloatArray
+    largest_samples: FloatArray
 
 
 class ChunkWork(NamedTuple):
@@ -195,7 +198,7 @@ TABLES_TYPE = types.NamedTuple(
     Tables,
 )  # fmt: skip
 TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 13), TileWork)
-PANEL_SUMS_TYPE = types.NamedUniTuple(_F1, 8, PanelSums)
+PANEL_SUMS_TYPE = types.NamedUniTuple(_F1, 10, PanelSums)
 CHUNK_WORK_TYPE = types.NamedTuple((*[_F1] * 4, *[_I1] * 10, *[_F1] * 12), ChunkWork)
 
 
@@ -223,7 +226,7 @@ def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, P
         disturbed=np.empty(rows * few * LANES),
     )  # fmt: skip
     of_rows = rows * PANEL_CAPACITY
-    sums = PanelSums(np.empty(PANEL_CAPACITY), *(np.empty(of_rows) for _ in range(7)))
+    sums = PanelSums(np.empty(PANEL_CAPACITY), *(np.empty(of_rows) for _ in range(9)))
     return chunk, tile, sums
 
 

@@ -29,7 +29,7 @@ from explore.model.quantities import Parameter, Signal
 from explore.model.window import Window
 
 #: Version of the equations and of what follows from them; raised when a number changes.
-_VERSION = "7"
+_VERSION = "8"
 
 _STROKES = ("forward", "backward")
 _INTERVAL = Window(
@@ -172,6 +172,8 @@ def _declare(
         close=kernel.close,
         fill=kernel.fill,
         disturbed_fill=kernel.disturbed_fill,
+        precise_fill=kernel.precise_fill,
+        disturbed_precise_fill=kernel.disturbed_precise_fill,
         statuses=declare_statuses(
             joints, {factor.joint for factor in equations.factors if factor.of_lines}, turns=turns
         ),

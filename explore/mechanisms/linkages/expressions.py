@@ -35,8 +35,14 @@ def read_expression(graph: Graph, coordinate: Coordinate) -> Number:
 
 def _called(function: str, number: Number) -> Number:
     if number.value is not None:
-        return number.graph.constant(evaluate_function(function, number.value))
+        return _rounded(number.graph, evaluate_function(function, number.value))
     return number.call(function)
+
+
+def _rounded(graph: Graph, value: float) -> Number:
+    """A constant of which only its double is known, but for 0 and 1, which are exact."""
+    graph.has_rounded_constants |= value not in (-1.0, 0.0, 1.0)
+    return graph.constant(value)
 
 
 def _combined(operation: str, first: Number, second: Number) -> Number:
@@ -52,7 +58,7 @@ def _combined(operation: str, first: Number, second: Number) -> Number:
         case "**" if second.value == 2.0:
             return first * first
     if first.value is not None and second.value is not None:
-        return first.graph.constant(evaluate_function(operation, first.value, second.value))
+        return _rounded(first.graph, evaluate_function(operation, first.value, second.value))
     return first.call({"**": "power", "min": "minimum", "max": "maximum"}.get(operation, operation), second)
 
 

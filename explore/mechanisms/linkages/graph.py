@@ -8,7 +8,10 @@ numbers with their first and second derivatives by the input angle.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterable
+from fractions import Fraction
+from typing import Any
 
 #: Level of a number.
 CONSTANT = 0
@@ -34,10 +37,12 @@ Node = tuple[str | int | float, ...]
 class Graph:
     """Operations without repetition, in the order in which they were first needed.
 
-    A node is ("constant", value), ("input", name), or an operation and the numbers of its operands.
+    A node is ("constant", value, rest), ("input", name), or an operation and the numbers of its operands. The rest of a
+    constant is what its value is rounded by, rounded; of some only the value is known: then `has_rounded_constants`.
     """
 
     def __init__(self) -> None:
+        self.has_rounded_constants = False
         self.nodes: list[Node] = []
         self.levels: list[int] = []
         self._numbers: dict[Node, int] = {}
@@ -59,9 +64,16 @@ class Graph:
             return ANGLE if str(node[1]).startswith("@") else DESIGN
         return max(self.levels[int(k)] for k in node[1:])
 
-    def constant(self, value: float) -> Number:
-        """A number."""
-        return self.put("constant", float(value) + 0.0)  # + 0.0: no negative zero beside a positive one
+    def constant(self, value: float | Fraction) -> Number:
+        """A number; a fraction with what it is rounded by."""
+        rounded = float(value) + 0.0  # + 0.0: no negative zero beside a positive one
+        return self.put("constant", rounded, float(value - Fraction(rounded)) if isinstance(value, Fraction) else 0.0)
+
+    def folded(self, function: Callable[..., Any], *operands: Number) -> Number:
+        """The constant that a function gives of constants; what is 0 of their values is 0."""
+        value = function(*(each.value for each in operands))
+        is_exact = value == 0.0 or not math.isfinite(value)
+        return self.constant(value if is_exact else function(*(each.exact for each in operands)))
 
     def input(self, name: str) -> Number:
         """A parameter, or an input of the angle."""
@@ -69,9 +81,8 @@ class Graph:
 
     def exact_sum(self, *terms: Number) -> Number:
         """The sum of four terms of the design, rounded once."""
-        values = [term.value for term in terms]
-        if None not in values:
-            return self.constant(math.fsum(values))  # type: ignore[arg-type]  # none of them is None
+        if all(term.value is not None for term in terms):
+            return self.folded(_total, *terms)
         return self.put("exact_sum", *(term.index for term in terms))
 
     def needed(self, outputs: Iterable[Number]) -> list[int]:
@@ -89,6 +100,18 @@ class Graph:
 def operands(node: Node) -> list[int]:
     """Numbers of the nodes that an operation takes."""
     return [] if node[0] in ("constant", "input") else [int(k) for k in node[1:]]
+
+
+def _total(*terms: Any) -> Any:
+    """The sum of doubles, rounded once, or of fractions."""
+    return math.fsum(terms) if isinstance(terms[0], float) else sum(terms)
+
+
+def _root(value: Any) -> Any:
+    """The square root of a double, or of a fraction to at least 128 bits."""
+    if isinstance(value, float):
+        return math.sqrt(value) if value >= 0.0 else math.nan
+    return Fraction(math.isqrt(value.numerator * value.denominator << 256), value.denominator << 128)
 
 
 class Number:
@@ -110,6 +133,11 @@ class Number:
         return float(self.node[1]) if self.node[0] == "constant" else None
 
     @property
+    def exact(self) -> Fraction:
+        """The value of a constant with its rest."""
+        return Fraction(self.node[1]) + Fraction(self.node[2])
+
+    @property
     def order(self) -> float:
         """Order of a trigonometric polynomial of the input angle; infinite where it is none, or not seen to be one."""
         graph, orders = self.graph, dict[int, float]()
@@ -126,14 +154,14 @@ class Number:
     def _of(self, other: Number | float) -> Number:
         return other if isinstance(other, Number) else self.graph.constant(other)
 
-    def _folded(self, other: Number | float, function: Callable[[float, float], float]) -> tuple[Number, Number | None]:
+    def _folded(self, other: Number | float, function: Callable[..., Any]) -> tuple[Number, Number | None]:
         """The other operand, and the result if both are constants."""
         second = self._of(other)
-        x, y = self.value, second.value
-        return second, None if x is None or y is None else self.graph.constant(function(x, y))
+        are_constants = self.value is not None and second.value is not None
+        return second, self.graph.folded(function, self, second) if are_constants else None
 
     def __add__(self, other: Number | float) -> Number:
-        second, result = self._folded(other, lambda x, y: x + y)
+        second, result = self._folded(other, operator.add)
         if result is not None:
             return result
         if second.value == 0.0:
@@ -141,7 +169,7 @@ class Number:
         return second if self.value == 0.0 else self.graph.put("add", self.index, second.index)
 
     def __sub__(self, other: Number | float) -> Number:
-        second, result = self._folded(other, lambda x, y: x - y)
+        second, result = self._folded(other, operator.sub)
         if result is not None:
             return result
         if second.value == 0.0:
@@ -156,26 +184,25 @@ class Number:
         return self.graph.put("sub", self.index, second.index)
 
     def __mul__(self, other: Number | float) -> Number:
-        second, result = self._folded(other, lambda x, y: x * y)
+        second, result = self._folded(other, operator.mul)
         if result is not None:
             return result
         for one, rest in ((self, second), (second, self)):
             if one.value == 0.0:
                 return one
-            if one.value == 1.0:
+            if one.value == 1.0 and one.exact == 1:
                 return rest
-            if one.value == -1.0:
+            if one.value == -1.0 and one.exact == -1:
                 return -rest
         return self.graph.put("mul", self.index, second.index)
 
     def __truediv__(self, other: Number | float) -> Number:
-        second = self._of(other)
-        x, y = self.value, second.value
-        if x is not None and y is not None:
-            return self.graph.constant(x / y if y else math.nan)
-        if x == 0.0:
+        second, result = self._folded(other, lambda x, y: x / y if y else math.nan)
+        if result is not None:
+            return result
+        if self.value == 0.0:
             return self
-        return self if y == 1.0 else self.graph.put("div", self.index, second.index)
+        return self if second.value == 1.0 and second.exact == 1 else self.graph.put("div", self.index, second.index)
 
     def __radd__(self, other: float) -> Number:
         return self._of(other) + self
@@ -191,7 +218,7 @@ class Number:
 
     def __neg__(self) -> Number:
         if self.value is not None:
-            return self.graph.constant(-self.value)
+            return self.graph.folded(operator.neg, self)
         if self.node[0] == "neg":
             return Number(self.graph, operands(self.node)[0])
         return self.graph.put("neg", self.index)
@@ -199,12 +226,12 @@ class Number:
     def sqrt(self) -> Number:
         """The square root."""
         if self.value is not None:
-            return self.graph.constant(math.sqrt(self.value) if self.value >= 0.0 else math.nan)
+            return self.graph.folded(_root, self)
         return self.graph.put("sqrt", self.index)
 
     def __abs__(self) -> Number:
         if self.value is not None:
-            return self.graph.constant(abs(self.value))
+            return self.graph.folded(abs, self)
         inner = Number(self.graph, operands(self.node)[0]) if self.node[0] == "neg" else self
         return inner if inner.node[0] == "abs" else self.graph.put("abs", inner.index)
 

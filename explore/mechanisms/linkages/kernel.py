@@ -15,6 +15,8 @@ from explore.mechanisms.linkages.graph import Number, Series
 from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.native_code import NativeFunction
 from explore.mechanisms.linkages.operations import OPERATE_SIGNATURE, operate
+from explore.mechanisms.linkages.pair_operations import PAIRS_SIGNATURE, fill_pairs
+from explore.mechanisms.linkages.pair_programs import knows_pairs, plan_pairs
 from explore.mechanisms.linkages.programs import Program, Rows
 from explore.mechanisms.linkages.table import LinkageTable
 
@@ -25,7 +27,7 @@ class Kernel:
 
     Attributes
     ----------
-    close, fill, disturbed_fill
+    close, fill, disturbed_fill, precise_fill, disturbed_precise_fill
         As `explore.model.mechanism.Mechanism` says.
     n_constants
         Constants of a design that `fill` reads; `close` computes more than it keeps.
@@ -34,6 +36,8 @@ class Kernel:
     close: NativeFunction
     fill: NativeFunction
     disturbed_fill: NativeFunction
+    precise_fill: NativeFunction | None
+    disturbed_precise_fill: NativeFunction | None
     n_constants: int
 
 
@@ -84,9 +88,15 @@ def make_kernel(
         rows.of_design("design", parameters),
         {name: rows.of_angle(name, numbers) for name, numbers in of_nodes.items() if numbers},
     )
-    fill, disturbed = rows.of_angle("fill", outputs), rows.from_parameters("disturbed_fill", outputs)
+    fill, whole = rows.of_angle("fill", outputs), rows.from_parameters("disturbed_fill", outputs)
     close = NativeFunction("close", CLOSE_SIGNATURE, closing.text, _addresses, closing.javascript)
-    return Kernel(close, _fill_function(fill), _fill_function(disturbed, is_disturbed=True), status)
+    is_exact = not equations.graph.has_rounded_constants and knows_pairs(whole)
+    return Kernel(
+        close, _fill_function(fill), _fill_function(whole, is_disturbed=True),
+        _pairs_function("precise_fill", whole) if is_exact else None,
+        _pairs_function("disturbed_precise_fill", whole, is_disturbed=True) if is_exact else None,
+        status,
+    )  # fmt: skip
 
 
 def parameter_names(table: LinkageTable) -> list[str]:
@@ -162,10 +172,21 @@ def _fill_function(program: Program, *, is_disturbed: bool = False) -> NativeFun
     )
 
 
+def _pairs_function(name: str, program: Program, *, is_disturbed: bool = False) -> NativeFunction:
+    return NativeFunction(
+        name,
+        FILL_SIGNATURE,
+        lambda: vector_code.pairs_function(name, plan_pairs(program), is_disturbed=is_disturbed),
+        _addresses,
+        lambda name, word_of: page_code.fill_function(name, program, word_of),
+    )
+
+
 def _addresses(text: str) -> dict[str, int]:
     """The addresses of those functions of the package that a text calls."""
     functions = {
         vector_code.CLOSE: (close_designs, CLOSING_SIGNATURE),
         vector_code.OPERATE: (operate, OPERATE_SIGNATURE),
+        vector_code.FILL_PAIRS: (fill_pairs, PAIRS_SIGNATURE),
     }
     return {name: address_of(*each) for name, each in functions.items() if f"call ptr @{name}(" in text}

@@ -45,6 +45,8 @@ class Program:
         Values of numbers that are written out, and rows of numbers that are read.
     writes
         Row and number of each result, in the order of the rows.
+    rests
+        What the literals are rounded by, where that is not 0.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Program:
     literals: Mapping[int, float]
     reads: Mapping[int, int]
     writes: tuple[tuple[int, int], ...]
+    rests: Mapping[int, float]
 
 
 class Rows:
@@ -139,7 +142,8 @@ def _program(
     literals = {k: float(nodes[k][1]) for k in used if nodes[k][0] == "constant"}
     literals |= {~k: float(node[1]) for k, node in enumerate(_ANGLE.nodes) if node[0] == "constant"}
     reads = {k: rows[k] for k in sorted(used) if nodes[k][0] != "constant"}
-    return Program(name, (*before, *operations), literals, reads, tuple(sorted(writes)))
+    rests = {k: float(nodes[k][2]) for k in literals if k >= 0 and nodes[k][2] != 0.0}
+    return Program(name, (*before, *operations), literals, reads, tuple(sorted(writes)), rests)
 
 
 def _inputs_of_angle(graph: Graph) -> dict[str, Number]:

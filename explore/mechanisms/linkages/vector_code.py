@@ -11,6 +11,7 @@ from explore.base.lanes.disturbance import FACTORS, PERIOD, STEP
 from explore.base.lanes.elementary import exact_sum
 from explore.mechanisms.linkages.closing import Sizes
 from explore.mechanisms.linkages.operations import CODES
+from explore.mechanisms.linkages.pair_programs import PairPlan
 from explore.mechanisms.linkages.programs import EXACT, Operation, Program
 
 #: Numba's structure of an array.
@@ -33,6 +34,9 @@ OPERATE = "explore_linkage_operate"
 
 #: Symbol of `closing.close_designs`.
 CLOSE = "explore_linkage_close"
+
+#: Symbol of `pair_programs.fill_pairs`.
+FILL_PAIRS = "explore_linkage_fill_pairs"
 
 _SYMBOLS = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 _INTRINSICS = {"sqrt": "sqrt", "abs": "fabs", "max": "maximum", "maximum": "maximum", "minimum": "minimum"}
@@ -80,20 +84,54 @@ def fill_function(program: Program, *, is_disturbed: bool) -> str:
 
 def close_function(sizes: Sizes, blocked: Sequence[float], functions: Sequence[str]) -> str:
     """A function of a record, which calls `closing.close_designs` with these arguments; "" stands for no function."""
-    count = len(blocked)
-    array = f"ptr null, ptr null, i64 {count}, i64 8, ptr @blocked, [1 x i64] [i64 {count}], [1 x i64] [i64 8]"
     arguments = [
         (_ARRAY, "%record"),
-        (f"[{len(sizes)} x i64]", f"[{', '.join(f'i64 {size}' for size in sizes)}]"),
-        (_ARRAY, f"{{{array}}}"),
+        _whole_numbers(sizes),
+        _array_of("blocked", len(blocked)),
         *((_FUNCTION, f"{{ptr {f'@{name}' if name else 'null'}, ptr null, ptr null}}") for name in functions),
     ]
-    return (
-        f"{_table('blocked', blocked)}declare ptr @{CLOSE}({', '.join(kind for kind, _ in arguments)})\n"
-        f"define ptr @close({_ARRAY} %record) {{\n"
-        f"  %null = call ptr @{CLOSE}({', '.join(f'{kind} {value}' for kind, value in arguments)})\n"
-        "  ret ptr null\n}\n"
-    )
+    text = f"define ptr @close({_ARRAY} %record) {{\n{_call_and_return(CLOSE, arguments)}"
+    return f"{_table('blocked', blocked)}{_declaration(CLOSE, arguments)}{text}"
+
+
+def pairs_function(name: str, plan: PairPlan, *, is_disturbed: bool) -> str:
+    """A function as `fill_function`, which calls `pair_programs.fill_pairs` with the tables of a program."""
+    arguments = [
+        *((_ARRAY, f"%{array}") for array in ("read", "tangents")),
+        ("i64", "%anchor"),
+        ("i64", "%count"),
+        (_ARRAY, "%written"),
+        _whole_numbers(plan.sizes),
+        _array_of("literals", len(plan.literals)),
+        _array_of("integers", len(plan.integers)),
+        ("i64", str(int(is_disturbed))),
+    ]
+    given = f"{_ARRAY} %read, {_ARRAY} %tangents, i64 %anchor, i64, i64, i64 %count, i64, {_ARRAY} %written"
+    numbers = ", ".join(f"i64 {number}" for number in plan.integers)
+    tables = f"@integers = private constant [{len(plan.integers)} x i64] [{numbers}]\n"
+    text = f"define ptr @{name}({given}) {{\n{_call_and_return(FILL_PAIRS, arguments)}"
+    return f"{_table('literals', plan.literals)}{tables}{_declaration(FILL_PAIRS, arguments)}{text}"
+
+
+def _whole_numbers(numbers: Sequence[int]) -> tuple[str, str]:
+    """Type and value of an argument with so many integers."""
+    return f"[{len(numbers)} x i64]", f"[{', '.join(f'i64 {number}' for number in numbers)}]"
+
+
+def _array_of(name: str, count: int) -> tuple[str, str]:
+    """Type and value of an argument that is a constant array."""
+    shape = f"i64 {count}, i64 8, ptr @{name}, [1 x i64] [i64 {count}], [1 x i64] [i64 8]"
+    return _ARRAY, f"{{ptr null, ptr null, {shape}}}"
+
+
+def _declaration(symbol: str, arguments: Sequence[tuple[str, str]]) -> str:
+    return f"declare ptr @{symbol}({', '.join(kind for kind, _ in arguments)})\n"
+
+
+def _call_and_return(symbol: str, arguments: Sequence[tuple[str, str]]) -> str:
+    """The body of a function that only calls another."""
+    given = ", ".join(f"{kind} {value}" for kind, value in arguments)
+    return f"  %null = call ptr @{symbol}({given})\n  ret ptr null\n}}\n"
 
 
 def _table(name: str, values: Iterable[float]) -> str:

@@ -1,0 +1,169 @@
+"""Make near_limits.json: statistics of linkages close to the limits of their assembly, from graphs by mpmath.
+
+Run as ``PYTHONPATH=.:tests python tests/reference/make_near_limits.py``; it takes half an hour. Lengths are random, and
+halved towards the limit until doubles tell it no more, then moved away by the margin, a share of the way. Integrals
+are those of Gauss-Legendre rules of 24 nodes, on panels that halve towards the minima of all factors.
+"""
+
+import json
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import mpmath
+import numpy as np
+from linkage_cases import CASES, FOUR_BAR, evaluate_graph, linkage_of, trace, turns, values_of
+
+from explore import Linkage
+from explore.mechanisms.linkages.signals import find_quantities
+
+MARGINS = (1e-6, 1e-8, 1e-10, 1e-12)
+#: Linkages with lengths, signals and the number of designs at each margin.
+LINKAGES = {
+    "four-bar": (
+        Linkage(FOUR_BAR),
+        {"r1": 30.0, "r2": 90.0, "r3": 70.0, "r4": 100.0},
+        ("rocker_velocity", "rocker_acceleration"),
+        8,
+    ),
+    "slider-crank": (
+        linkage_of(CASES["slider-crank"]),
+        {"r": 55.0, "l": 100.0, "e": 30.0},
+        ("rod_velocity", "rod_acceleration", "guide_velocity", "guide_acceleration"),
+        8,
+    ),
+    "watt-2": (
+        linkage_of(CASES["watt-2"]),
+        values_of(CASES["watt-2"]),
+        ("rod_velocity", "output_velocity", "output_acceleration"),
+        6,
+    ),
+}
+
+
+def near_limits(mechanism, lengths, count, rng):
+    """Designs for each margin, by name."""
+    designs = {name: value * (1.0 + 0.25 * rng.uniform(-1.0, 1.0, 300)) for name, value in lengths.items()}
+    turning = turns(mechanism, designs)
+    inside, outside = (rng.choice(np.flatnonzero(which), count) for which in (turning, ~turning))
+    low, high = np.zeros(count), np.ones(count)
+
+    def between(share):
+        return {name: column[inside] * (1.0 - share) + column[outside] * share for name, column in designs.items()}
+
+    for _ in range(52):
+        middle = 0.5 * (low + high)
+        moves = turns(mechanism, between(middle))
+        low, high = np.where(moves, middle, low), np.where(moves, high, middle)
+    return {margin: between(low * (1.0 - margin)) for margin in MARGINS}
+
+
+def gauss_legendre(count):
+    """Nodes and weights on [-1, 1]."""
+    nodes = [mpmath.mpf(x) for x in np.polynomial.legendre.leggauss(count)[0]]
+    weights = []
+    for k, x in enumerate(nodes):
+        for _ in range(4):
+            before, value = mpmath.mpf(1), x
+            for n in range(2, count + 1):
+                before, value = value, ((2 * n - 1) * x * value - (n - 1) * before) / n
+            slope = count * (x * value - before) / (x * x - 1)
+            x -= value / slope
+        nodes[k] = x
+        weights.append(2 / ((1 - x * x) * slope * slope))
+    return nodes, weights
+
+
+def minima_of_factors(equations, values):
+    """Angles of the minima of factors that are small beside their largest values, rad."""
+    angles, places = np.linspace(0.0, 2.0 * math.pi, 2880, endpoint=False), set()
+    for factor in equations.factors:
+        value, slope = factor.value.terms[:2]
+        with mpmath.workdps(20):
+            sampled = np.array([float(evaluate_graph([value], values, angle)[0]) for angle in angles])
+        is_least = (sampled <= np.roll(sampled, 1)) & (sampled <= np.roll(sampled, -1))
+        for k in np.flatnonzero(is_least & (sampled < 0.02 * sampled.max())):
+            start = mpmath.mpf(angles[k])
+            ends = start - mpmath.mpf("1e-3"), start + mpmath.mpf("1e-3")
+            place = mpmath.findroot(lambda angle: evaluate_graph([slope], values, angle)[0], ends)  # noqa: B023
+            places.add(place % (2 * mpmath.pi))
+    return sorted(places)
+
+
+def panels(places):
+    """Ends of panels of a turn that halve towards places, rad."""
+    turn = 2 * mpmath.pi
+    steps = [mpmath.mpf(k) / 5 for k in (1, 2, 3, 4, 5)] + [mpmath.mpf(2) ** -k / 5 for k in range(1, 28)]
+    ends = []
+    for start, stop in pairwise([*places, places[0] + turn]):
+        half = (stop - start) / 2
+        ends += [start, *(start + half * step for step in steps), *(stop - half * step for step in steps)]
+    return sorted({*ends, places[0] + turn})
+
+
+def largest(function, angles, values):
+    """The largest value of a function, by golden sections beside its largest sample."""
+    k = max(range(len(values)), key=lambda i: values[i])
+    turn, ratio = 2 * mpmath.pi, (mpmath.sqrt(5) - 1) / 2
+    a = angles[k - 1] if k else angles[-1] - turn
+    b = angles[k + 1] if k + 1 < len(angles) else angles[0] + turn
+    c, d = b - ratio * (b - a), a + ratio * (b - a)
+    at_c, at_d = function(c), function(d)
+    for _ in range(75):
+        if at_c > at_d:
+            b, d, at_d = d, c, at_c
+            c = b - ratio * (b - a)
+            at_c = function(c)
+        else:
+            a, c, at_c = c, d, at_d
+            d = a + ratio * (b - a)
+            at_d = function(d)
+    return max(values[k], at_c, at_d)
+
+
+def statistics(linkage, values, signals):
+    """Mean, variance and largest magnitude of signals, and the smallest transmission angle, deg."""
+    equations = trace(linkage)
+    by_name = {each.signal.name: each.number for each in find_quantities(equations)}
+    numbers = [by_name[name] for name in signals]
+    angles_of = [part for pair in equations.transmission.values() for part in pair]
+    nodes, weights = gauss_legendre(24)
+    ends, turn = panels(minima_of_factors(equations, values)), 2 * mpmath.pi
+    angles = [(a + b) / 2 + (b - a) / 2 * x for a, b in pairwise(ends) for x in nodes]
+    shares = [w * (b - a) / 2 / turn for a, b in pairwise(ends) for w in weights]
+    samples = [evaluate_graph([*numbers, *angles_of], values, angle) for angle in angles]
+
+    def transmission(parts):
+        folded = [mpmath.degrees(mpmath.atan2(abs(s), abs(c))) for s, c in zip(parts[::2], parts[1::2], strict=True)]
+        return -min(folded)
+
+    result = {}
+    for k, name in enumerate(signals):
+        column = [sample[k] for sample in samples]
+        mean = mpmath.fsum(map(mpmath.fmul, column, shares))
+        variance = mpmath.fsum((value - mean) ** 2 * share for value, share in zip(column, shares, strict=True))
+        number = numbers[k : k + 1]
+        peak = largest(lambda angle: abs(evaluate_graph(number, values, angle)[0]), angles, list(map(abs, column)))  # noqa: B023
+        result[name] = [mpmath.nstr(each, 25) for each in (mean, variance, peak)]
+    folded = [transmission(sample[len(signals) :]) for sample in samples]
+    least = -largest(lambda angle: transmission(evaluate_graph(angles_of, values, angle)), angles, folded)
+    return result, mpmath.nstr(least, 25)
+
+
+def main():
+    mpmath.mp.dps = 40
+    rows = []
+    for name, (linkage, lengths, signals, count) in LINKAGES.items():
+        designs = near_limits(linkage.mechanism.for_signals(()), lengths, count, np.random.default_rng(17))
+        for margin, columns in designs.items():
+            for k in range(count):
+                values = {parameter: float(column[k]) for parameter, column in columns.items()}
+                of_signals, angle = statistics(linkage, values, signals)
+                rows.append({"linkage": name, "margin": margin, "parameters": values, "statistics": of_signals,
+                             "transmission_angle_min": angle})  # fmt: skip
+    path = Path(__file__).parent / "near_limits.json"
+    path.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
+
+
+if __name__ == "__main__":
+    main()
