@@ -45,15 +45,21 @@ class Located:
     Attributes
     ----------
     row
-        Row of the constant that holds the half-tangent of the distance, tanh(distance/2); 0 where it is not known.
+        Row of the constant that holds the half-tangent of the distance, tanh(distance/2); 0 where it is not known. Of
+        designs that are moved over an interval it holds minus that of log(rho): no singularity is in the ellipse with
+        the ends of the interval as foci and semi-axes of the sum rho, in half lengths.
+    middle_row, reach_row
+        Rows of the middle of the interval and of half its length, rad; both are 1 where it is the turn.
     """
 
     row: int
+    middle_row: int
+    reach_row: int
 
     @property
     def singularities(self) -> tuple[tuple[int, int], ...]:
-        """The distance, with -1 for no anchor."""
-        return ((self.row, -1),)
+        """The rows, with -1 for no anchor."""
+        return ((self.row, -1), (self.middle_row, -1), (self.reach_row, -1))
 
 
 Quadrature = Adaptive | Graded | Located

@@ -22,6 +22,7 @@ from explore.evaluation.quadrature.bin_filling import fill_bin
 from explore.evaluation.quadrature.bounds import CHUNK, FLAG_CV, FLAG_EXTREMES, FLAG_STD
 from explore.evaluation.quadrature.chunks import CLOSE_TYPE, add_panels, close_chunk, constant, sort_by_rule
 from explore.evaluation.quadrature.clutches import shorten_to_clutches
+from explore.evaluation.quadrature.ellipses import bound_rates_by_ellipse
 from explore.evaluation.quadrature.equispaced import (
     choose_equispaced,
     count_equispaced,
@@ -43,7 +44,7 @@ from explore.evaluation.quadrature.slots import CLUTCH, KIND, ROOT_MEAN, ROOT_PO
 from explore.evaluation.quadrature.storing import store
 from explore.evaluation.quadrature.tails import check_model
 from explore.evaluation.quadrature.tiles import FILL_TYPE
-from explore.evaluation.quadrature.windows import TURN
+from explore.evaluation.quadrature.windows import INTERVAL, TURN
 from explore.evaluation.quadrature.work_space import (
     CHUNK_WORK_TYPE,
     PANEL_SUMS_TYPE,
@@ -91,6 +92,8 @@ def _open_window(fill, sizes, tables, w, begin, here, demands, error, rare, work
     map_panels(work.panels, count, tables.singular_anchors)
     if tables.is_located:
         bound_rates(work.panels, count)
+        if tables.windows[w, KIND] == INTERVAL:
+            bound_rates_by_ellipse(work.panels, count)
     for i in range(begin, until):
         total = 0.0
         for p in range(work.panel_count[i]):

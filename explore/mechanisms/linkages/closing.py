@@ -13,11 +13,18 @@ from explore.base.compiling import LANES, compiled, function_type
 from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages import cells as cell
 from explore.mechanisms.linkages import directions as direction
-from explore.mechanisms.linkages import harmonics, singularities, statuses
+from explore.mechanisms.linkages import harmonics, phases, singularities, statuses
 from explore.mechanisms.linkages import reaches as reach
 from explore.mechanisms.linkages import reversals as reversal
 from explore.mechanisms.linkages import turning as turn
-from explore.mechanisms.linkages.programs import DISTANCE_ROW, FIRST_REFERENCE, GREATEST_ROW, LEAST_ROW
+from explore.mechanisms.linkages.programs import (
+    DISTANCE_ROW,
+    FIRST_REFERENCE,
+    GREATEST_ROW,
+    LEAST_ROW,
+    MIDDLE_ROW,
+    REACH_ROW,
+)
 
 #: Signature of the function that fills the constants from a record.
 DESIGN_SIGNATURE = "void(float64[::1], float64[::1])"
@@ -83,6 +90,8 @@ def close_designs(record, sizes, blocked, fill_constants, check, direct, rate):
         _decide_all(record, sizes, blocked, check, constants, start, length, is_turn)
     for lane in range(LANES):
         constants[LEAST_ROW * LANES + lane] = constants[GREATEST_ROW * LANES + lane] = math.nan
+        constants[MIDDLE_ROW * LANES + lane] = 1.0 if is_turn else start + 0.5 * length
+        constants[REACH_ROW * LANES + lane] = 1.0 if is_turn else 0.5 * length
         record[(sizes.interval + 2) * LANES + lane] = math.nan
     if sizes.links > 0:
         _place_references(sizes, direct, constants, start, length, is_turn)
@@ -119,9 +128,8 @@ def _decide_all(record, sizes, blocked, check, constants, start, length, is_turn
     work = np.empty((sizes.functions + singularities.WORK_ROWS) * LANES)
     turn.sift(values, sizes.factors, sizes.functions, length, verdicts, work)
     if is_turn and sizes.is_harmonic == 0:
-        singularities.locate(values, sizes.factors, sizes.functions, constants[DISTANCE_ROW * LANES :], work)
-    for lane in range(0 if is_turn else LANES):
-        constants[DISTANCE_ROW * LANES + lane] = 0.0
+        distances = constants[DISTANCE_ROW * LANES :]
+        singularities.locate(values, sizes.factors, sizes.functions, verdicts, distances, work)
     reach.tell_turns(verdicts, record[(sizes.interval + 3) * LANES :])
     for lane in range(LANES):
         record[sizes.status * LANES + lane] = 1.0
@@ -130,6 +138,26 @@ def _decide_all(record, sizes, blocked, check, constants, start, length, is_turn
             _decide(record, sizes, blocked, check, tile, values, start, length, lane, verdicts)
             if _tells_reach(record, sizes, values, is_turn, lane, verdicts):
                 _find_reaches(record, sizes, check, tile, values, start, length, lane)
+    if not is_turn:
+        _locate_beside_interval(sizes, check, constants, start, length, verdicts, values, work)
+
+
+@subroutine(allocates=True)
+def _locate_beside_interval(sizes, check, constants, start, length, verdicts, values, work):
+    """Fill minus the half-tangent of the distance of singularities by the angle phi over the interval."""
+    rows, moves = (2 * sizes.functions + sizes.factors) * LANES, False
+    tangents, anchors, distances = np.empty(LANES), np.empty(LANES), constants[DISTANCE_ROW * LANES :]
+    for lane in range(LANES):
+        moves = moves or verdicts[lane] >= 0.0
+        distances[lane] = 0.0
+    if moves:
+        for j in range(2 * cell.NODES):
+            phases.place_phase(start, length, j, tangents, anchors)
+            check(constants, tangents, anchors, values[j * rows :])
+            phases.slope_by_phase(values[j * rows :], sizes.functions, length, j)
+        singularities.locate(values, sizes.factors, sizes.functions, verdicts, distances, work)
+        for lane in range(LANES):
+            distances[lane] = -distances[lane]
 
 
 @subroutine(allocates=True)

@@ -15,7 +15,7 @@ from explore.mechanisms.linkages.kernel import Kernel, make_kernel, parameter_na
 from explore.mechanisms.linkages.load_signals import balanced_signals
 from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.metrics import CLOSED_METRICS, REACH_NAMES, declare_formulas
-from explore.mechanisms.linkages.programs import DISTANCE_ROW, GREATEST_ROW, LEAST_ROW
+from explore.mechanisms.linkages.programs import DISTANCE_ROW, GREATEST_ROW, LEAST_ROW, MIDDLE_ROW, REACH_ROW
 from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.signals import find_quantities
 from explore.mechanisms.linkages.statuses import declare_statuses
@@ -29,7 +29,7 @@ from explore.model.quantities import Parameter, Signal
 from explore.model.window import Window
 
 #: Version of the equations and of what follows from them; raised when a number changes.
-_VERSION = "8"
+_VERSION = "9"
 
 _STROKES = ("forward", "backward")
 _INTERVAL = Window(
@@ -163,7 +163,7 @@ def _declare(
         default_metrics={"": tuple(defaults)},
         objectives=tuple(defaults[:1] + defaults[-1:]),
         kernel_version=f"{_VERSION}-{table.digest[:16]}",
-        quadrature=Located(DISTANCE_ROW),
+        quadrature=Located(DISTANCE_ROW, MIDDLE_ROW, REACH_ROW),
         n_constants=kernel.n_constants,
         keeps_constants=True,
         takes_interval=True,

@@ -17,8 +17,12 @@ DISTANCE_ROW = 0
 LEAST_ROW = 1
 #: Row of the constant with that at its greatest place.
 GREATEST_ROW = 2
+#: Row of the constant with the middle of the interval that a design is moved over, rad; 1 for the turn.
+MIDDLE_ROW = 3
+#: Row of the constant with half its length, rad; 1 for the turn.
+REACH_ROW = 4
 #: Row of the first of three constants of each link's reference.
-FIRST_REFERENCE = 3
+FIRST_REFERENCE = 5
 
 
 class Operation(NamedTuple):

@@ -2,8 +2,12 @@
 
 A zero of a function f at the angle theta, the distance delta above the real axis, is a pole of 1/f, whose Fourier
 coefficients of high orders k are sums of powers z^k of z = exp(i theta), |z| = exp(-delta): there the nearest poles
-prevail (theorem of König). Four coefficients in a row tell the two z whose powers they are (method of Prony). One would
-not do: zeros stand in pairs where a linkage is symmetric, and close together beside change points.
+prevail (theorem of König). Four coefficients, of orders that are equally far apart, tell the two powers of z that they
+are sums of (method of Prony). One would not do: zeros stand in pairs where a linkage is symmetric, and close together
+beside change points.
+
+Where f repeats after half a turn or a third, or nearly so, there are two or three times as many poles, but no more of
+their squares or cubes, which orders two or three apart tell. Of the three distances the least counts.
 
 Nothing needs to be known of where zeros stand: those below a branch point of f belong to no minimum on the real axis.
 """
@@ -11,6 +15,7 @@ Nothing needs to be known of where zeros stand: those below a branch point of f 
 import math
 
 from explore.base.compiling import LANES, compiled
+from explore.base.lanes.elementary import exponential, logarithm
 from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages.cells import NODES
 from explore.mechanisms.linkages.harmonics import amplitude_ratio, zero_tangent
@@ -19,34 +24,58 @@ from explore.mechanisms.linkages.harmonics import amplitude_ratio, zero_tangent
 _HALF = NODES - 1
 #: Number of nodes of a quarter of a turn.
 _QUARTER = _HALF // 2
-#: Lowest order of the coefficients: in lower ones farther poles count, in higher ones rounding errors.
-_LOWEST = 12
-#: Number of coefficients, two fours in a row.
-_COUNT = 5
+#: Orders of the coefficients: in lower ones farther poles count, in higher ones rounding errors.
+_ORDERS = (12, 13, 14, 15, 16, 6, 9, 10, 18)
+#: Number of coefficients.
+_COUNT = len(_ORDERS)
+#: Number of the first coefficients, which are in a row.
+_IN_A_ROW = 5
+#: Two fours of coefficients one, two and three orders apart.
+_FOURS = (((0, 1, 2, 3), (1, 2, 3, 4)), ((7, 0, 2, 4), (0, 2, 4, 8)), ((5, 6, 0, 3), (6, 0, 3, 8)))
 #: Least share of one pole in a coefficient, over that of the other: below, it is made of rounding errors.
 _LEAST_SHARE = 0.3
 #: Least coefficient that is no rounding error, relative to the mean of 1/f.
 _LEAST_COEFFICIENT = 1e-13
-#: Largest exp(-delta) of a function with smaller coefficients.
-_FAR = math.exp(-2.4)
+#: Distance of a function with smaller coefficients.
+_FAR = 2.4
+#: Least coefficient of a pole at the distance delta that all fours may miss, relative to exp(-k delta).
+_LEAST_RESIDUE = 0.5
+#: Least distance at which it counts: coefficients of nearer poles are no rounding errors.
+_LEAST_ROUNDED = 1.3
+#: Least coefficient of a pole for whose sake more fours are tried, relative to exp(-k delta).
+_LEAST_TRIED = 0.1
+#: Largest difference of two equal distances, relative.
+_SAME = 3e-4
+#: Distance below which the nearer of two differing ones is taken; beyond it a pole may be made of rounding errors.
+_NEAR = 0.22
 #: Largest error of a slope by which a function is a first harmonic, relative to its mean.
 _HARMONIC = 1e-10
 #: Share of the half-tangent of a distance that is relied on, unless it is that of a first harmonic.
 _RELIED = 0.94
 #: Smallest divisor.
 _TINY = 1e-300
-#: First row of the samples at two nodes in the work space, behind the real and imaginary parts of the coefficients.
+#: First row of the samples in the work space, behind the real and imaginary parts of the coefficients.
 _SAMPLES = 2 * _COUNT
+#: Rows of the samples of a node of a quarter of a turn.
+_SAMPLE_ROWS = 8
 #: Row of the mean of 1/f.
-_MEAN = _SAMPLES + 4
+_MEAN = _SAMPLES + _SAMPLE_ROWS * (_QUARTER + 1)
 #: Row of the largest error of a slope.
-_ERROR = _SAMPLES + 5
+_ERROR = _MEAN + 1
 #: Row that tells, by 1, lanes whose function is no first harmonic.
-_IS_OTHER = _SAMPLES + 6
+_IS_OTHER = _MEAN + 2
+#: Row of the logarithm of the square of the largest of three coefficients.
+_LARGEST = _MEAN + 3
+#: Row that tells, by 1, lanes in doubt.
+_DOUBT = _MEAN + 4
+#: Row of the distance.
+_DISTANCE = _MEAN + 5
+#: First of two rows of the distances of two fours.
+_TWO = _MEAN + 6
 #: Number of rows of the work space.
-WORK_ROWS = _SAMPLES + 7
-#: Orders times the angle, node after node of half a turn, order after order.
-_ANGLES = [order * math.pi * j / _HALF for order in range(_LOWEST, _LOWEST + _COUNT) for j in range(_HALF)]
+WORK_ROWS = _TWO + 2
+#: Orders times the angle, node after node of a quarter of a turn, order after order.
+_ANGLES = [order * math.pi * j / _HALF for order in _ORDERS for j in range(_QUARTER + 1)]
 #: Cosines of these angles.
 _COSINES = tuple(map(math.cos, _ANGLES))
 #: Sines of these angles.
@@ -55,98 +84,193 @@ _SINES = tuple(map(math.sin, _ANGLES))
 _F1 = "float64[::1]"
 
 
-@compiled(f"void({_F1}, int64, int64, {_F1}, {_F1})", no_alias=True)
-def locate(values, factors, functions, distances, work):
+@compiled(f"void({_F1}, int64, int64, {_F1}, {_F1}, {_F1})", no_alias=True)
+def locate(values, factors, functions, verdicts, distances, work):
     """Fill the half-tangent of the distance of the nearest complex zero of all functions, tanh(delta/2).
 
-    `values` has the rows of all nodes of a turn; see `turning`. `work` has WORK_ROWS rows.
+    `values` has the rows of all nodes of a turn, and `verdicts` the verdict of each lane; see `turning`. That of a lane
+    that is blocked is 0. `work` has WORK_ROWS rows.
     """
     size, slopes = (2 * functions + factors) * LANES, functions * LANES
     for lane in range(LANES):
-        distances[lane] = 1.0
+        distances[lane] = 1.0 if verdicts[lane] >= 0.0 else 0.0
     for s in range(functions):
         function = values[s * LANES :]
-        if _locate_harmonic(function, size, slopes, distances, work) > 0:
-            _sum_coefficients(function, size, slopes, work)
+        if _locate_harmonic(function, size, slopes, verdicts, distances, work) > 0:
+            _fold_samples(function, size, slopes, work)
             _locate_pole(distances, work)
 
 
 @subroutine(contract=True, no_alias=True)
-def _locate_harmonic(function, size, slopes, distances, work):
-    """Take the zero of a first harmonic a - b cos(theta - phi), cosh(delta) = a/b; return the number of other lanes."""
+def _locate_harmonic(function, size, slopes, verdicts, distances, work):
+    """Take the zero of a first harmonic a - b cos(theta - phi), cosh(delta) = a/b; return the number of other lanes.
+
+    Lanes that are blocked are no others.
+    """
     after, opposite = function[_QUARTER * size :], function[(_HALF + 1) * size :]
     before = function[(_HALF + 1 + _QUARTER) * size :]
     error, is_other = work[_ERROR * LANES :], work[_IS_OTHER * LANES :]
     for lane in range(LANES):
-        error[lane] = 0.0
+        error[lane] = 0.0 if verdicts[lane] >= 0.0 else math.inf
     for j in range(2 * _HALF):
         # the slope of a first harmonic is by how much its value a quarter of a turn later exceeds the mean
-        later = (j + _QUARTER) % (2 * _HALF)
+        later, others = (j + _QUARTER) % (2 * _HALF), 0
         slope, value = function[(j + j // _HALF) * size + slopes :], function[(later + later // _HALF) * size :]
         for lane in range(LANES):
-            own = abs(slope[lane] - value[lane] + 0.5 * (function[lane] + opposite[lane]))
+            mean = 0.5 * (function[lane] + opposite[lane])
+            own = abs(slope[lane] - value[lane] + mean)
             error[lane] = own if own > error[lane] else error[lane]
+            others += 0 if error[lane] <= _HARMONIC * abs(mean) else 1
+        if others == LANES:
+            break
     others = 0
     for lane in range(LANES):
         mean = 0.5 * (function[lane] + opposite[lane])
         tangent = zero_tangent(amplitude_ratio(function[lane], after[lane], opposite[lane], before[lane]))
         is_harmonic = error[lane] <= _HARMONIC * abs(mean)
         distances[lane] = tangent if is_harmonic & (tangent < distances[lane]) else distances[lane]
-        is_other[lane] = 0.0 if is_harmonic else 1.0
-        others += 0 if is_harmonic else 1
+        is_other[lane] = 0.0 if is_harmonic | (error[lane] == math.inf) else 1.0
+        others += 1 if is_other[lane] == 1.0 else 0
     return others
 
 
 @subroutine(contract=True, no_alias=True)
-def _sum_coefficients(function, size, slopes, work):
-    """Fill the coefficients of 1/f, times the square of the number n of nodes, and the mean, times the same.
+def _fold_samples(function, size, slopes, work):
+    """Fill the samples of 1/f and of its slope, of four angles together, and the mean, times n^2 for n nodes.
+
+    From the angle to its opposite exp(i k theta) changes its sign for odd orders k, and to half a turn less the angle
+    its cosine does for odd and its sine for even ones. The rows of a node are, for even orders and then for odd ones,
+    what cosines and sines are multiplied by, of 1/f and of the slope.
+    """
+    mean = work[_MEAN * LANES :]
+    for lane in range(LANES):
+        mean[lane] = 0.0
+    for j in range(_QUARTER + 1):
+        first, second = function[j * size :], function[(j + _HALF + 1) * size :]
+        third, fourth = function[(_HALF - j) * size :], function[(2 * _HALF + 1 - j) * size :]
+        # the first and the last are two angles, each twice
+        share, to = 0.5 if j % _QUARTER == 0 else 1.0, work[(_SAMPLES + _SAMPLE_ROWS * j) * LANES :]
+        for lane in range(LANES):
+            f1, f2, f3, f4 = 1.0 / first[lane], 1.0 / second[lane], 1.0 / third[lane], 1.0 / fourth[lane]
+            g1, g2 = -first[slopes + lane] * f1 * f1, -second[slopes + lane] * f2 * f2
+            g3, g4 = -third[slopes + lane] * f3 * f3, -fourth[slopes + lane] * f4 * f4
+            f1, f2, f3, f4 = f1 + f2, f1 - f2, f3 + f4, f3 - f4
+            g1, g2, g3, g4 = g1 + g2, g1 - g2, g3 + g4, g3 - g4
+            to[lane], to[LANES + lane] = share * (f1 + f3), share * (f1 - f3)
+            to[2 * LANES + lane], to[3 * LANES + lane] = share * (g1 + g3), share * (g1 - g3)
+            to[4 * LANES + lane], to[5 * LANES + lane] = share * (f2 - f4), share * (f2 + f4)
+            to[6 * LANES + lane], to[7 * LANES + lane] = share * (g2 - g4), share * (g2 + g4)
+            mean[lane] += share * (f1 + f3)
+    for lane in range(LANES):
+        mean[lane] *= 2.0 * _HALF
+
+
+@subroutine(contract=True, no_alias=True)
+def _sum_coefficients(first, last, work):
+    """Fill some of the coefficients of 1/f, relative to its mean.
 
     Sums of h exp(i k theta), h = 1/f, and of those of its slope h' have coefficients of the orders k and n - k in them;
     from ((n - k) h + i h') exp(i k theta) the latter drop out.
     """
-    mean, sums, differences = work[_MEAN * LANES :], work[_SAMPLES * LANES :], work[(_SAMPLES + 2) * LANES :]
-    for k in range(2 * _COUNT * LANES):
-        work[k] = 0.0
-    for lane in range(LANES):
-        mean[lane] = 0.0
-    for j in range(_HALF):
-        here, there = function[j * size :], function[(j + _HALF + 1) * size :]
+    mean = work[_MEAN * LANES :]
+    for k in range(first, last):
+        real, imaginary, weight = work[2 * k * LANES :], work[(2 * k + 1) * LANES :], 2.0 * _HALF - _ORDERS[k]
         for lane in range(LANES):
-            one, other = 1.0 / here[lane], 1.0 / there[lane]
-            slope, opposite = -here[slopes + lane] * one * one, -there[slopes + lane] * other * other
-            # half a turn later exp(i k theta) is the same for even k, the opposite for odd k
-            sums[lane], sums[LANES + lane] = one + other, slope + opposite
-            differences[lane], differences[LANES + lane] = one - other, slope - opposite
-            mean[lane] += (one + other) * (2.0 * _HALF)
-        for k in range(_COUNT):
-            samples = sums if (_LOWEST + k) % 2 == 0 else differences
-            cosine, sine, weight = _COSINES[k * _HALF + j], _SINES[k * _HALF + j], 2.0 * _HALF - _LOWEST - k
-            real, imaginary = work[2 * k * LANES :], work[(2 * k + 1) * LANES :]
+            real[lane] = imaginary[lane] = 0.0
+        for j in range(0, _QUARTER + 1, 3):
+            at = k * (_QUARTER + 1) + j
+            c0, c1, c2 = _COSINES[at], _COSINES[at + 1], _COSINES[at + 2]
+            s0, s1, s2 = _SINES[at], _SINES[at + 1], _SINES[at + 2]
+            one = work[(_SAMPLES + _SAMPLE_ROWS * j + _SAMPLE_ROWS // 2 * (_ORDERS[k] % 2)) * LANES :]
+            two, three = one[_SAMPLE_ROWS * LANES :], one[2 * _SAMPLE_ROWS * LANES :]
             for lane in range(LANES):
-                real[lane] += weight * cosine * samples[lane] - sine * samples[LANES + lane]
-                imaginary[lane] += weight * sine * samples[lane] + cosine * samples[LANES + lane]
+                of_cosines = c0 * one[lane] + c1 * two[lane] + c2 * three[lane]
+                of_sines = s0 * one[LANES + lane] + s1 * two[LANES + lane] + s2 * three[LANES + lane]
+                slopes = c0 * one[2 * LANES + lane] + c1 * two[2 * LANES + lane] + c2 * three[2 * LANES + lane]
+                others = s0 * one[3 * LANES + lane] + s1 * two[3 * LANES + lane] + s2 * three[3 * LANES + lane]
+                real[lane] += weight * of_cosines - others
+                imaginary[lane] += weight * of_sines + slopes
+        for lane in range(LANES):
+            scale = 1.0 / mean[lane]
+            real[lane], imaginary[lane] = real[lane] * scale, imaginary[lane] * scale
 
 
 @subroutine(contract=True, no_alias=True)
 def _locate_pole(distances, work):
     """Take the nearest pole of which the coefficients tell, in lanes whose function is no first harmonic."""
-    mean, is_other = work[_MEAN * LANES :], work[_IS_OTHER * LANES :]
+    _sum_coefficients(0, _IN_A_ROW, work)
+    _find_largest(work)
+    _try_fours(0, work)
+    if _count_doubtful(distances, work) > 0:
+        _sum_coefficients(_IN_A_ROW, _COUNT, work)
+        _try_fours(1, work)
+        _try_fours(2, work)
+    largest, is_other = work[_LARGEST * LANES :], work[_IS_OTHER * LANES :]
+    found, doubt = work[_DISTANCE * LANES :], work[_DOUBT * LANES :]
     for lane in range(LANES):
-        scale = 1.0 / mean[lane]
-        ax, ay = work[lane] * scale, work[LANES + lane] * scale
-        bx, by = work[2 * LANES + lane] * scale, work[3 * LANES + lane] * scale
-        cx, cy = work[4 * LANES + lane] * scale, work[5 * LANES + lane] * scale
-        dx, dy = work[6 * LANES + lane] * scale, work[7 * LANES + lane] * scale
-        ex, ey = work[8 * LANES + lane] * scale, work[9 * LANES + lane] * scale
-        one = _largest_base(ax, ay, bx, by, cx, cy, dx, dy)
-        other = _largest_base(bx, by, cx, cy, dx, dy, ex, ey)
-        # a pole that only rounding errors make is nearer in one of the two
-        square = one if one < other else other
-        modulus = math.sqrt(square) if square < 1.0 else 1.0
-        modulus = _FAR if ax * ax + ay * ay < _LEAST_COEFFICIENT * _LEAST_COEFFICIENT else modulus
-        tangent = _RELIED * (1.0 - modulus) / (1.0 + modulus)
+        rounded = -0.5 / _ORDERS[0] * largest[lane] + math.log(_LEAST_RESIDUE) / _ORDERS[0]
+        rounded = rounded if rounded > _LEAST_ROUNDED else _LEAST_ROUNDED
+        distance = rounded if (doubt[lane] == 1.0) & (rounded < found[lane]) else found[lane]
+        distance = _FAR if largest[lane] < 2.0 * math.log(_LEAST_COEFFICIENT) else distance
+        modulus = exponential(-distance)
+        # in each coefficient is a part of one that is as many orders above as there are nodes, here of half of them
+        power = modulus * modulus * modulus * modulus
+        power = power * power * power * power
+        power = power if doubt[lane] == 1.0 else power * power
+        tangent = _RELIED * (1.0 - power) * (1.0 - modulus) / (1.0 + modulus)
         is_nearer = (is_other[lane] == 1.0) & (tangent < distances[lane])
         distances[lane] = tangent if is_nearer else distances[lane]
+
+
+@subroutine(contract=True, no_alias=True)
+def _find_largest(work):
+    """Fill the logarithm of the square of the largest of three coefficients in a row: one at least is no small one."""
+    largest, doubt = work[_LARGEST * LANES :], work[_DOUBT * LANES :]
+    for lane in range(LANES):
+        one = work[lane] * work[lane] + work[LANES + lane] * work[LANES + lane]
+        two = work[2 * LANES + lane] * work[2 * LANES + lane] + work[3 * LANES + lane] * work[3 * LANES + lane]
+        three = work[4 * LANES + lane] * work[4 * LANES + lane] + work[5 * LANES + lane] * work[5 * LANES + lane]
+        square = one if one > two else two
+        square = three if three > square else square
+        largest[lane], doubt[lane] = logarithm(square if square > _TINY else _TINY), 1.0
+
+
+@subroutine(contract=True, no_alias=True)
+def _try_fours(number, work):
+    """Take the distance of two fours of coefficients in lanes in doubt, if it is less or the first."""
+    two, found, doubt = work[_TWO * LANES :], work[_DISTANCE * LANES :], work[_DOUBT * LANES :]
+    for which in range(2):
+        a, b, c, d = _FOURS[number][which]
+        first, second, distance = work[2 * a * LANES :], work[2 * b * LANES :], two[which * LANES :]
+        third, fourth = work[2 * c * LANES :], work[2 * d * LANES :]
+        for lane in range(LANES):
+            square = _largest_base(
+                first[lane], first[LANES + lane], second[lane], second[LANES + lane],
+                third[lane], third[LANES + lane], fourth[lane], fourth[LANES + lane],
+            )  # fmt: skip
+            square = square if square < 1.0 else 1.0
+            distance[lane] = -0.5 / (1.0 + number) * logarithm(square if square > _TINY else _TINY)
+    for lane in range(LANES):
+        one, other = two[lane], two[LANES + lane]
+        nearer, farther = one if one < other else other, other if one < other else one
+        distance = nearer if farther < _NEAR else farther
+        is_taken = (number == 0) | ((doubt[lane] == 1.0) & (distance < found[lane]))
+        found[lane] = distance if is_taken else found[lane]
+
+
+@subroutine(contract=True, no_alias=True)
+def _count_doubtful(distances, work):
+    """Tell the lanes in which two fours differ and that may be nearer than other functions; return their number."""
+    two, found, doubt = work[_TWO * LANES :], work[_DISTANCE * LANES :], work[_DOUBT * LANES :]
+    largest, is_other, doubtful = work[_LARGEST * LANES :], work[_IS_OTHER * LANES :], 0
+    for lane in range(LANES):
+        nearest = -0.5 / _ORDERS[0] * largest[lane] + math.log(_LEAST_TRIED) / _ORDERS[0]
+        modulus = exponential(-nearest)
+        differs = abs(two[lane] - two[LANES + lane]) > _SAME * found[lane]
+        is_doubtful = differs & (is_other[lane] == 1.0) & (1.0 - modulus < distances[lane] * (1.0 + modulus))
+        doubt[lane] = 1.0 if is_doubtful else 0.0
+        doubtful += 1 if is_doubtful else 0
+    return doubtful
 
 
 @subroutine(contract=True, inlined=True)
