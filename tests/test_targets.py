@@ -17,7 +17,7 @@ from explore.base.errors import ConfigError, RequestError
 from explore.mechanisms.crank_rocker.paths import find_coupler_curve
 from explore.mechanisms.slider_crank.paths import find_rod_curve
 from explore.mechanisms.targets.path_errors import metrics as path_metrics
-from explore.mechanisms.targets.path_errors.metrics import measure_paths
+from explore.mechanisms.targets.path_errors.metrics import PointOfLink, measure_paths
 from explore.model.targets import target_from_content
 from explore.studies.request.names import find_mechanism
 
@@ -261,9 +261,10 @@ def test_hausdorff_and_chamfer(closed):
         mechanism = find_mechanism("crank-rocker", ("M",), target)
         columns = [np.array([design.get(name, default)], dtype=float) for name, default in (
             *((name, None) for name in LENGTHS), ("branch", 1), ("M_along", None), ("M_across", None),
-            ("crank_pivot_x", 0), ("crank_pivot_y", 0), ("ground_angle", 0), ("transmission_angle_min", 1),
+            ("transmission_angle_min", 1), ("crank_pivot_x", 0), ("crank_pivot_y", 0), ("ground_angle", 0),
         )]  # fmt: skip
-        angles = np.degrees(measure_paths(find_coupler_curve, mechanism.target, tuple(columns))[1][0])
+        point = PointOfLink(find_coupler_curve, (*LENGTHS, "branch"), "transmission_angle_min")
+        angles = np.degrees(measure_paths(point("M"), mechanism.target, tuple(columns))[1][0])
         assert np.ptp(angles) == pytest.approx(found["path_crank_span"][0])
         traced = curve(np.linspace(angles.min(), angles.max(), 5000))
     there, _ = cKDTree(traced).query(polygon)
@@ -426,11 +427,13 @@ def test_derivatives_of_curves_are_those_of_finite_changes(curve, shape):
     """Wrong ones would only make a polished point slower to find, or a little worse."""
 
     def at(angle):
-        out = np.empty(6)
+        out = np.empty(12)
         curve(np.array(shape), np.cos(angle), np.sin(angle), out)
         return out
 
     step = 1e-5  # errors of the square of it, and of roundings of 1e-14 mm over it
     for angle in np.linspace(0.1, 6.1, 13):
-        changes = (at(angle + step) - at(angle - step))[:4] / (2.0 * step)
-        assert at(angle)[2:] == pytest.approx(changes, abs=1e-6)
+        changes = (at(angle + step) - at(angle - step)) / (2.0 * step)
+        for first in (0, 6):  # of the point, then of the direction of its link
+            assert at(angle)[first + 2 : first + 6] == pytest.approx(changes[first : first + 4], abs=1e-6)
+        assert np.hypot(*at(angle)[6:8]) == pytest.approx(1.0, abs=1e-14)

@@ -75,10 +75,10 @@ def _crank_angles(simulated: SimulatedDesign) -> FloatArray:
     """Input angles at the points of a target, deg, (n,), as its metrics measure them."""
     for formula in simulated.mechanism.formulas:
         measure = formula.function
-        # All inputs but the last are parameters; that one tells whether the crank turns, which it does.
+        # An input that is no parameter tells whether the crank turns, which it does.
         columns = tuple(np.array([simulated.parameters.get(name, 0.0)]) for name in formula.inputs)
         if isinstance(measure, TargetMeasure):
-            return np.asarray(np.rad2deg(measure.measures(measure.find, measure.target, columns)[1][0]))
+            return np.asarray(np.rad2deg(measure.measures(measure.motion, measure.target, columns)[1][0]))
     raise RequestError(f"a {simulated.mechanism.name} does not say where it passes the points of a target")
 
 

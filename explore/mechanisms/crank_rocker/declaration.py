@@ -11,6 +11,7 @@ from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.mechanisms.targets.function_errors.metrics import declare_functions
+from explore.mechanisms.targets.measures import CompiledMotion
 from explore.mechanisms.targets.path_errors.metrics import declare_paths
 from explore.mechanisms.targets.pose_errors.metrics import declare_poses
 from explore.model.drawing import Panel
@@ -206,9 +207,8 @@ _EXTENDED = Mechanism(
             ("path_error_rms", "transmission_angle_min:max"),
         ),
         "function": declare_functions(
-            find_rocker_output,
+            CompiledMotion(find_rocker_output, ("crank", "coupler", "rocker", "ground", "branch")),
             "rocker",
-            ("crank", "coupler", "rocker", "ground", "branch"),
             ("output_error_max", "transmission_angle_min:max"),
         ),
         "poses": declare_poses(

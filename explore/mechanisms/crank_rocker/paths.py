@@ -16,7 +16,6 @@ import math
 from typing import Any
 
 from explore.base.compiling import compiled
-from explore.mechanisms.targets.function_errors.measuring import OUTPUT_SIGNATURE
 from explore.mechanisms.targets.path_errors.curve import CURVE_SIGNATURE
 
 
@@ -44,6 +43,8 @@ def coupler_curve(shape, cosine, sine, out):
     out[0], out[1] = px + rx, py + ry
     out[2], out[3] = -py - ry * rate, px + rx * rate
     out[4], out[5] = -px - ry * next_rate - rx * rate * rate, -py + rx * next_rate - ry * rate * rate
+    out[6], out[7], out[8], out[9] = ux, uy, -uy * rate, ux * rate
+    out[10], out[11] = -uy * next_rate - ux * rate * rate, ux * next_rate - uy * rate * rate
 
 
 def find_coupler_curve() -> Any:
@@ -51,19 +52,20 @@ def find_coupler_curve() -> Any:
     return coupler_curve
 
 
-@compiled(OUTPUT_SIGNATURE)
-def rocker_output(shape, cosine, sine):
-    """The angle of the rocker; the shape has four lengths and the branch."""
+@compiled(CURVE_SIGNATURE)
+def rocker_output(shape, cosine, sine, out):
+    """Fill cosine and sine of the rocker's angle, times a positive number; the shape is four lengths and the branch."""
     crank, coupler, rocker, ground, branch = shape[0], shape[1], shape[2], shape[3], shape[4]
     dx, dy = ground - crank * cosine, -crank * sine
     square = dx * dx + dy * dy
     near = square - (coupler - rocker) * (coupler - rocker)
     far = (coupler + rocker) * (coupler + rocker) - square
     if not near * far >= 0.0:  # both are negative for no linkage
-        return math.nan
+        out[0] = out[1] = math.nan
+        return
     along = square + (rocker - coupler) * (rocker + coupler)
     across = branch * math.sqrt(near * far)
-    return math.atan2(dx * across - dy * along, -dx * along - dy * across)
+    out[0], out[1] = -dx * along - dy * across, dx * across - dy * along
 
 
 def find_rocker_output() -> Any:

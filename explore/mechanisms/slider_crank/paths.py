@@ -27,6 +27,8 @@ def rod_curve(shape, cosine, sine, out):
     out[0], out[1] = px + rx, py + ry
     out[2], out[3] = -py - ry * rate, px + rx * rate
     out[4], out[5] = -px - ry * next_rate - rx * rate * rate, -py + rx * next_rate - ry * rate * rate
+    out[6], out[7], out[8], out[9] = ux, uy, -uy * rate, ux * rate
+    out[10], out[11] = -uy * next_rate - ux * rate * rate, ux * next_rate - uy * rate * rate
 
 
 def find_rod_curve() -> Any:

@@ -3,7 +3,7 @@
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -15,47 +15,92 @@ FindFunction = Callable[[], Any]
 Measures = tuple[FloatArray, ...]
 
 
-@dataclass(frozen=True)
-class TargetMeasure:
-    """A measure of designs against a target, a function of their parameters.
+class Motion(Protocol):
+    """What of a mechanism is to meet a target: a compiled function of its motion, and the designs that this takes."""
 
-    `measures` is a function of a module that `keep_last` decorates, which takes `find`, the function of the mechanism,
-    and the target. The row is the number among the measures, and the unit what it is multiplied by.
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Names of parameters and metrics that the shapes of designs follow from."""
+
+    def function(self) -> Any:
+        """The compiled function, of a signature of `mechanisms.targets.curve`."""
+
+    def shapes(self, inputs: FloatArray) -> FloatArray:
+        """What the function takes of designs, (n, k), from their inputs, (n, p); NaN first where there is no motion."""
+
+
+@dataclass(frozen=True)
+class CompiledMotion:
+    """The motion of a mechanism with a compiled function of its parameters.
+
+    Attributes
+    ----------
+    find
+        Gives the function.
+    parameters
+        Names of the parameters that it takes.
+    turns
+        Name of a metric that is NaN where the crank does not turn fully; empty where that does not matter.
     """
 
-    measures: Callable[[FindFunction, Any, tuple[FloatArray, ...]], Measures]
     find: FindFunction
+    parameters: tuple[str, ...]
+    turns: str = ""
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The parameters, and the metric if there is one."""
+        return (*self.parameters, self.turns) if self.turns else self.parameters
+
+    def function(self) -> Any:
+        """The compiled function."""
+        return self.find()
+
+    def shapes(self, inputs: FloatArray) -> FloatArray:
+        """The parameters of designs, the first NaN where any is not finite or the crank does not turn."""
+        designs = np.array(inputs[:, : len(self.parameters)])
+        if self.turns:
+            designs[~np.isfinite(inputs).all(axis=1), 0] = np.nan
+        return designs
+
+
+@dataclass(frozen=True)
+class TargetMeasure:
+    """A measure of designs against a target, a function of the inputs of a motion and of the parameters of the target.
+
+    `measures` is a function of a module that `keep_last` decorates. The row is the number among the measures, and the
+    unit what it is multiplied by.
+    """
+
+    measures: Callable[[Motion, Any, tuple[FloatArray, ...]], Measures]
+    motion: Motion
     target: Any
     row: int
     unit: float = 1.0
 
     def __call__(self, *columns: FloatArray) -> FloatArray:
         """Measure designs, whose inputs are columns of shape (n,)."""
-        return self.measures(self.find, self.target, columns)[0][:, self.row] * self.unit
+        return self.measures(self.motion, self.target, columns)[0][:, self.row] * self.unit
 
 
 def keep_last(
-    measure: Callable[[FindFunction, Any, FloatArray], Measures],
-) -> Callable[[FindFunction, Any, tuple[FloatArray, ...]], Measures]:
+    measure: Callable[[Motion, Any, FloatArray], Measures],
+) -> Callable[[Motion, Any, tuple[FloatArray, ...]], Measures]:
     """Measure columns by a function of a table, (n, p), once for all metrics of a block, which ask for the same."""
-    last: tuple[FindFunction, Any, FloatArray, Measures] | None = None
+    last: tuple[Motion, Any, FloatArray, Measures] | None = None
 
     @functools.wraps(measure)
-    def measures(find: FindFunction, target: Any, columns: tuple[FloatArray, ...]) -> Measures:
+    def measures(motion: Motion, target: Any, columns: tuple[FloatArray, ...]) -> Measures:
         nonlocal last
         known, table = last, np.column_stack(np.broadcast_arrays(*columns)).astype(np.float64)
-        if not known or known[:2] != (find, target) or not np.array_equal(known[2], table, equal_nan=True):
-            known = last = find, target, table, measure(find, target, table)
+        if not known or known[:2] != (motion, target) or not np.array_equal(known[2], table, equal_nan=True):
+            known = last = motion, target, table, measure(motion, target, table)
         return known[3]
 
     return measures
 
 
-def moving_designs(table: FloatArray) -> FloatArray:
-    """The designs of a table whose last column is a metric that is NaN where the crank does not turn, (n, p - 1).
-
-    The first number of a design is NaN where any is not finite or the crank does not turn.
-    """
-    designs = np.ascontiguousarray(table[:, :-1])
-    designs[~np.isfinite(table).all(axis=1), 0] = np.nan
-    return designs
+def shapes_and_rest(motion: Motion, table: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The shapes of designs, (n, k), and their parameters of the target, (n, q), from a table of their inputs."""
+    count = len(motion.inputs)
+    return motion.shapes(table[:, :count]), table[:, count:]

@@ -5,8 +5,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from explore.mechanisms.targets.function_errors.measuring import LARGEST, N_MEASURES, RMS, STARTS_SIZE, measure_outputs
-from explore.mechanisms.targets.measures import FindFunction, Measures, TargetMeasure, keep_last
+from explore.mechanisms.targets.function_errors.measuring import LARGEST, N_MEASURES, RMS, measure_outputs
+from explore.mechanisms.targets.measures import Measures, Motion, TargetMeasure, keep_last, shapes_and_rest
 from explore.model.quantities import FloatArray, Formula
 from explore.model.targets import STARTS, FunctionTarget, TargetKind
 
@@ -18,12 +18,12 @@ _ABOUT = {
 
 
 @keep_last
-def _measure_functions(output: FindFunction, target: FunctionTarget, table: FloatArray) -> Measures:
-    """Measures, shape (n, N_MEASURES), of designs: their shape, then the angles of crank and output at the start."""
-    designs = table.copy()
-    designs[:, -STARTS_SIZE:] = np.radians(designs[:, -STARTS_SIZE:])
+def _measure_functions(motion: Motion, target: FunctionTarget, table: FloatArray) -> Measures:
+    """Measures, shape (n, N_MEASURES), of designs: inputs of the motion, then both angles at the start."""
+    shapes, starts = shapes_and_rest(motion, table)
+    designs = np.hstack([shapes, np.radians(starts)])
     measures = np.empty((len(designs), N_MEASURES))
-    measure_outputs(output(), designs, *_arrays(target), measures)
+    measure_outputs(motion.function(), designs, *_arrays(target), measures)
     return (measures,)
 
 
@@ -34,31 +34,27 @@ def _arrays(target: FunctionTarget) -> tuple[FloatArray, FloatArray]:
     return np.ascontiguousarray(inputs), np.ascontiguousarray(outputs)
 
 
-def declare_functions(
-    output: FindFunction, name: str, shape: tuple[str, ...], objectives: tuple[str, ...]
-) -> TargetKind:
+def declare_functions(motion: Motion, name: str, objectives: tuple[str, ...]) -> TargetKind:
     """Declare that the output of a mechanism, the link `name`, can follow functions of its input.
 
-    `output` gives the compiled function, of the signature
-    `mechanisms.targets.function_errors.measuring.OUTPUT_SIGNATURE`, `shape` the names of the parameters that it takes,
-    and `objectives` the default ones of a study with a function.
+    The function of the motion is what `mechanisms.targets.function_errors.measuring.measure_outputs` takes;
+    `objectives` are the default ones of a study with a function.
     """
-    return TargetKind(FunctionFormulas(output, name, shape), tuple(_ABOUT), objectives, STARTS)
+    return TargetKind(FunctionFormulas(motion, name), tuple(_ABOUT), objectives, STARTS)
 
 
 @dataclass(frozen=True)
 class FunctionFormulas:
     """The metrics of a function as the target of a mechanism; see `declare_functions`."""
 
-    output: FindFunction
+    motion: Motion
     name: str
-    shape: tuple[str, ...]
 
     def __call__(self, target: FunctionTarget) -> tuple[Formula, ...]:
         """The metrics of the error of a target."""
-        inputs = (*self.shape, *(parameter.name for parameter in STARTS))
+        inputs = (*self.motion.inputs, *(parameter.name for parameter in STARTS))
         return tuple(
             Formula(name, "deg", about.format(self.name), "min", inputs,
-                    TargetMeasure(_measure_functions, self.output, target, row, _DEGREES))
+                    TargetMeasure(_measure_functions, self.motion, target, row, _DEGREES))
             for name, (about, row) in _ABOUT.items()
         )  # fmt: skip

@@ -6,13 +6,13 @@ from explore.base.compiling import function_type
 from explore.base.subroutines import subroutine
 
 # ``curve(shape, cosine, sine, out)`` fills the point at a crank angle and both derivatives by it, ``x, y, x', y', x'',
-# y''``, in the frame of the linkage.
+# y''``, in the frame of the linkage; then the same of the unit vector of its link, which only poses read.
 #: Signature of the curve of a mechanism.
 CURVE_SIGNATURE = "void(float64[::1], float64, float64, float64[::1])"
 #: Type of the curve of a mechanism.
 CURVE = function_type(CURVE_SIGNATURE)
 #: Number of the numbers that a curve fills.
-CURVE_SIZE = 6
+CURVE_SIZE = 12
 #: Number of chords of a curve at first.
 FEW_CHORDS = 128
 #: Number of chords where fewer do not settle the order of the points.

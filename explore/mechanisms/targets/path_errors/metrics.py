@@ -1,11 +1,20 @@
 """The metrics of a path as a target: a mechanism gives the curve of its point, everything else is here."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from explore.mechanisms.targets.measures import FindFunction, Measures, TargetMeasure, keep_last, moving_designs
+from explore.mechanisms.targets.measures import (
+    CompiledMotion,
+    FindFunction,
+    Measures,
+    Motion,
+    TargetMeasure,
+    keep_last,
+    shapes_and_rest,
+)
 from explore.mechanisms.targets.path_errors.curve import MANY_CHORDS
 from explore.mechanisms.targets.path_errors.measuring import LARGEST, N_MEASURES, RMS, SPAN, measure_ordered
 from explore.mechanisms.targets.path_errors.shapes import CHAMFER, HAUSDORFF, N_SHAPES, measure_shapes
@@ -30,25 +39,25 @@ _ABOUT_SHAPES = {
 
 
 @keep_last
-def measure_paths(curve: FindFunction, target: PathTarget, table: FloatArray) -> Measures:
-    """Measures, shape (n, N_MEASURES), and crank angles of designs: their shape and pose, and what `turns` is."""
+def measure_paths(motion: Motion, target: PathTarget, table: FloatArray) -> Measures:
+    """Measures, shape (n, N_MEASURES), and crank angles of designs: inputs of the motion, then poses."""
     points, weights, given = _arrays(target)
-    designs = moving_designs(table)
+    curve, designs = motion.function(), np.hstack(shapes_and_rest(motion, table))
     found = np.empty((len(designs), N_MEASURES)), np.empty((len(designs), len(points)))
     if target.crank_angles:
-        measure_timed(curve(), designs, points, weights, given, target.angles_from == "free", *found)
+        measure_timed(curve, designs, points, weights, given, target.angles_from == "free", *found)
     else:
-        measure_ordered(curve(), designs, points, weights, target.closed, _rays(), *found)
+        measure_ordered(curve, designs, points, weights, target.closed, _rays(), *found)
     return found
 
 
 @keep_last
-def _measure_traced(curve: FindFunction, target: PathTarget, table: FloatArray) -> Measures:
+def _measure_traced(motion: Motion, target: PathTarget, table: FloatArray) -> Measures:
     """Measures of the curves that designs trace against the polygon of a target, shape (n, N_SHAPES), and angles."""
-    angles = measure_paths(curve, target, tuple(table.T))[1]
-    shapes = np.empty((len(angles), N_SHAPES))
-    measure_shapes(curve(), moving_designs(table), _arrays(target)[0], target.closed, angles, shapes)
-    return shapes, angles
+    angles = measure_paths(motion, target, tuple(table.T))[1]
+    found, designs = np.empty((len(angles), N_SHAPES)), np.hstack(shapes_and_rest(motion, table))
+    measure_shapes(motion.function(), designs, _arrays(target)[0], target.closed, angles, found)
+    return found, angles
 
 
 @lru_cache(maxsize=8)
@@ -74,29 +83,41 @@ def declare_paths(curve: FindFunction, shape: tuple[str, ...], turns: str, objec
     without the place of the point, which follows them. The metric `turns` is NaN where the crank does not turn fully;
     `objectives` are the default ones of a study with a path.
     """
-    return TargetKind(PathFormulas(curve, shape, turns), tuple(_ABOUT), objectives)
+    return TargetKind(PathFormulas(PointOfLink(curve, shape, turns)), tuple(_ABOUT), objectives)
+
+
+@dataclass(frozen=True)
+class PointOfLink:
+    """Motions of points of a floating link, by their names; the attributes are those of `CompiledMotion`."""
+
+    find: FindFunction
+    parameters: tuple[str, ...]
+    turns: str
+
+    def __call__(self, point: str) -> CompiledMotion:
+        """The motion of a point, whose place follows the other parameters."""
+        place = (f"{point}_{coordinate}" for coordinate in COORDINATES)
+        return CompiledMotion(self.find, (*self.parameters, *place), self.turns)
 
 
 @dataclass(frozen=True)
 class PathFormulas:
-    """The metrics of a path as the target of a mechanism; see `declare_paths`."""
+    """The metrics of a path as the target of a mechanism, from the motions of its points by their names."""
 
-    curve: FindFunction
-    shape: tuple[str, ...]
-    turns: str
+    motion_of: Callable[[str], Motion]
 
     def __call__(self, target: PathTarget) -> tuple[Formula, ...]:
         """The metrics of the error of a target."""
-        place = tuple(f"{target.point}_{coordinate}" for coordinate in COORDINATES)
-        inputs = (*self.shape, *place, *PLACE, self.turns)
+        motion = self.motion_of(target.point)
+        inputs = (*motion.inputs, *PLACE)
         measures = tuple(
             Formula(name, unit, about.format(target.point), "min" if unit == "mm" else None, inputs,
-                    TargetMeasure(measure_paths, self.curve, target, row, factor))
+                    TargetMeasure(measure_paths, motion, target, row, factor))
             for name, (unit, about, row, factor) in _ABOUT.items()
         )  # fmt: skip
         shapes = tuple(
             Formula(name, "mm", about.format(target.point), "min", inputs,
-                    TargetMeasure(_measure_traced, self.curve, target, row))
+                    TargetMeasure(_measure_traced, motion, target, row))
             for name, (about, row) in _ABOUT_SHAPES.items()
         )  # fmt: skip
         return (*measures, *shapes)

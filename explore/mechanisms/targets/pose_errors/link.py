@@ -1,4 +1,4 @@
-"""The pose of the floating link: its point and its angle, from the curves of its pin and of another of its points."""
+"""The pose of a link: its point and its angle, from the curve of the point."""
 
 import math
 
@@ -17,25 +17,12 @@ def wrap(angle):
 
 
 @subroutine()
-def fill_link(curve, shape, room, angle, pin, end, link):
-    """Fill the pose of the `link` (LINK_SIZE,) at a crank angle, by the curve that the mechanism declares for paths.
-
-    Its shape begins with the crank and ends with the point's place; `room`, `pin` and `end` are room for a shape, and
-    for two points of the curve.
-    """
-    n, cosine, sine = len(shape), math.cos(angle), math.sin(angle)
-    along, across, length = shape[n - 2], shape[n - 1], shape[0]
-    for k in range(n - 2):
-        room[k] = shape[k]
-    room[n - 2], room[n - 1] = 0.0, 0.0
-    curve(room, cosine, sine, pin)
-    room[n - 2] = length
-    curve(room, cosine, sine, end)
-    for k in range(0, 6, 2):
-        ux, uy = (end[k] - pin[k]) / length, (end[k + 1] - pin[k + 1]) / length
-        link[k], link[k + 1] = pin[k] + along * ux - across * uy, pin[k + 1] + along * uy + across * ux
+def fill_link(curve, shape, angle, out, link):
+    """Fill the pose of the `link` (LINK_SIZE,) at a crank angle, by the curve that the mechanism declares for paths."""
+    curve(shape, math.cos(angle), math.sin(angle), out)
+    for k in range(6):
+        link[k] = out[k]
     # u = exp(i phi), so that phi' = u x u' and phi'' = u x u''
-    ux, uy = (end[0] - pin[0]) / length, (end[1] - pin[1]) / length
+    ux, uy = out[6], out[7]
     link[ANGLE] = math.atan2(uy, ux)
-    link[ANGLE_1] = (ux * (end[3] - pin[3]) - uy * (end[2] - pin[2])) / length
-    link[ANGLE_2] = (ux * (end[5] - pin[5]) - uy * (end[4] - pin[4])) / length
+    link[ANGLE_1], link[ANGLE_2] = ux * out[9] - uy * out[8], ux * out[11] - uy * out[10]

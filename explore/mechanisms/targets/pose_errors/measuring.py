@@ -35,9 +35,7 @@ _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 class _Buffers(NamedTuple):
     """Arrays for one design after another: of the link, of chords, of the search for the order, and of the angles."""
 
-    room: FloatArray
-    pin: FloatArray
-    end: FloatArray
+    out: FloatArray
     link: FloatArray
     slopes: FloatArray
     corners: FloatArray
@@ -55,9 +53,9 @@ class _Buffers(NamedTuple):
 
 
 @subroutine(allocates=True)
-def _allocate_buffers(n, size):
+def _allocate_buffers(n):
     return _Buffers(
-        np.empty(size), np.empty(CURVE_SIZE), np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3),
+        np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3),
         np.empty((N_CHORDS + 1, 3)), np.empty((n, 2 * N_CHORDS)), np.empty((n + 1, 2 * N_CHORDS)),
         np.empty((MOST_WAITING, 2), np.int64), np.empty((3, n), np.int64), np.arange(n), np.arange(n)[::-1].copy(),
         np.empty(n, np.int64), np.empty(n), np.empty(n + 1, np.int64), np.empty(n, np.int64), np.empty(n),
@@ -89,7 +87,7 @@ def _find_part(pose, lever, corners, k):
 def _fill_chords(curve, shape, poses, lever, buffers):
     """Fill the corners of the chords, and the squared distances of the poses to these, of two turns."""
     for k in range(N_CHORDS + 1):
-        fill_link(curve, shape, buffers.room, k * (TURN / N_CHORDS), buffers.pin, buffers.end, buffers.link)
+        fill_link(curve, shape, k * (TURN / N_CHORDS), buffers.out, buffers.link)
         buffers.corners[k, 0], buffers.corners[k, 1], buffers.corners[k, 2] = (
             buffers.link[X],
             buffers.link[Y],
@@ -146,7 +144,7 @@ def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
     squares.
     """
     m, size = len(poses), designs.shape[1] - POSE_SIZE
-    buffers, placed = _allocate_buffers(m, size), np.empty((m, 3))
+    buffers, placed = _allocate_buffers(m), np.empty((m, 3))
     for k in range(len(designs)):
         own = angles[k]
         if math.isnan(designs[k, 0]):
@@ -157,7 +155,7 @@ def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
         _find_angles(curve, shape, placed, lever, is_ordered, buffers, own)
         total, far, turned = 0.0, 0.0, 0.0
         for i in range(m):
-            fill_link(curve, shape, buffers.room, own[i], buffers.pin, buffers.end, buffers.link)
+            fill_link(curve, shape, own[i], buffers.out, buffers.link)
             total += sum_of_squares(buffers.link, placed, lever, buffers.forwards, i, i + 1, buffers.slopes)
             far = max(far, math.hypot(buffers.link[X] - placed[i, 0], buffers.link[Y] - placed[i, 1]))
             turned = max(turned, abs(wrap(buffers.link[ANGLE] - placed[i, 2])))

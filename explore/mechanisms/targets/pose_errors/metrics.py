@@ -1,14 +1,22 @@
 """The metrics of poses as a target: a mechanism gives the curve of its point, everything else is here."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from explore.mechanisms.targets.measures import FindFunction, Measures, TargetMeasure, keep_last, moving_designs
+from explore.mechanisms.targets.measures import (
+    FindFunction,
+    Measures,
+    Motion,
+    TargetMeasure,
+    keep_last,
+    shapes_and_rest,
+)
+from explore.mechanisms.targets.path_errors.metrics import PointOfLink
 from explore.mechanisms.targets.pose_errors.measuring import N_MEASURES, PLACE, RMS, SPAN, TURNED, measure_poses
 from explore.model.drawing import PLACE as POSE_NAMES
-from explore.model.points import COORDINATES
 from explore.model.quantities import FloatArray, Formula
 from explore.model.targets import BODY_POSE, PosesTarget, TargetKind
 
@@ -23,11 +31,11 @@ _ABOUT_SPAN = {"pose_crank_span": ("deg", "turn of the crank from the first to t
 
 
 @keep_last
-def measure_posed(curve: FindFunction, target: PosesTarget, table: FloatArray) -> Measures:
-    """Measures, shape (n, N_MEASURES), and crank angles of designs: their shape and pose, and what `turns` is."""
-    designs = moving_designs(table)
+def measure_posed(motion: Motion, target: PosesTarget, table: FloatArray) -> Measures:
+    """Measures, shape (n, N_MEASURES), and crank angles of designs: inputs of the motion, then poses."""
+    designs = np.hstack(shapes_and_rest(motion, table))
     found = np.empty((len(designs), N_MEASURES)), np.empty((len(designs), len(target.poses)))
-    measure_poses(curve(), designs, _poses(target), target.length, target.order == "given", *found)
+    measure_poses(motion.function(), designs, _poses(target), target.length, target.order == "given", *found)
     return found
 
 
@@ -38,29 +46,24 @@ def _poses(target: PosesTarget) -> FloatArray:
 
 
 def declare_poses(curve: FindFunction, shape: tuple[str, ...], turns: str) -> TargetKind:
-    """Declare that a mechanism meets poses; see `mechanisms.targets.path_errors.metrics.declare_paths`.
-
-    The first name of the shape is the crank's.
-    """
+    """Declare that a mechanism meets poses; see `mechanisms.targets.path_errors.metrics.declare_paths`."""
     objectives = ("position_error_max", "angle_error_max", f"{turns}:max")
-    return TargetKind(PoseFormulas(curve, shape, turns), tuple(_ABOUT), objectives, BODY_POSE)
+    return TargetKind(PoseFormulas(PointOfLink(curve, shape, turns)), tuple(_ABOUT), objectives, BODY_POSE)
 
 
 @dataclass(frozen=True)
 class PoseFormulas:
-    """The metrics of poses as the target of a mechanism; see `declare_poses`."""
+    """The metrics of poses as the target of a mechanism, from the motions of its points by their names."""
 
-    curve: FindFunction
-    shape: tuple[str, ...]
-    turns: str
+    motion_of: Callable[[str], Motion]
 
     def __call__(self, target: PosesTarget) -> tuple[Formula, ...]:
         """The metrics of the errors of a target."""
-        place = tuple(f"{target.point}_{coordinate}" for coordinate in COORDINATES)
-        inputs = (*self.shape, *place, *POSE_NAMES, "body_angle", self.turns)
+        motion = self.motion_of(target.point)
+        inputs = (*motion.inputs, *POSE_NAMES, "body_angle")
         about = _ABOUT | (_ABOUT_SPAN if target.order == "given" else {})
         return tuple(
             Formula(name, unit, text.format(target.point), None if row == SPAN else "min", inputs,
-                    TargetMeasure(measure_posed, self.curve, target, row, factor))
+                    TargetMeasure(measure_posed, motion, target, row, factor))
             for name, (unit, text, row, factor) in about.items()
         )  # fmt: skip

@@ -54,7 +54,7 @@ def sum_of_squares(link, poses, lever, order, first, stop, slopes):
 @subroutine()
 def _move(curve, shape, poses, lever, order, first, stop, angle, buffers):
     """The angle near a given one that is best for a block."""
-    fill_link(curve, shape, buffers.room, angle, buffers.pin, buffers.end, buffers.link)
+    fill_link(curve, shape, angle, buffers.out, buffers.link)
     least = sum_of_squares(buffers.link, poses, lever, order, first, stop, buffers.slopes)
     for _ in range(_MOST_STEPS):
         slope, bend, speed = buffers.slopes[0], buffers.slopes[1], buffers.slopes[2]
@@ -62,7 +62,7 @@ def _move(curve, shape, poses, lever, order, first, stop, angle, buffers):
         step = min(max(step, -_STEP), _STEP)
         found = math.inf
         while True:
-            fill_link(curve, shape, buffers.room, angle + step, buffers.pin, buffers.end, buffers.link)
+            fill_link(curve, shape, angle + step, buffers.out, buffers.link)
             found = sum_of_squares(buffers.link, poses, lever, order, first, stop, buffers.slopes)
             if found <= least or not abs(step) > _SHORT:
                 break
