@@ -126,16 +126,18 @@ def _extended_by_name(
     return mechanism.extended or mechanism
 
 
-def _of_table(table: LinkageTable, names: frozenset[str], given: tuple[GivenMetric, ...]) -> Mechanism:
+def _of_table(
+    table: LinkageTable, names: frozenset[str], target: Target | None, given: tuple[GivenMetric, ...]
+) -> Mechanism:
     """The mechanism of a table with a kernel for these signals, for a worker that unpickles it."""
-    return MECHANISMS.of_table(table).for_signals(names).with_given(given)
+    return MECHANISMS.of_table(table).for_signals(names).with_target(target).with_given(given)
 
 
 def _reduce(mechanism: Mechanism) -> tuple[Callable[..., Mechanism], tuple[Any, ...]]:
     """How a mechanism is pickled: as its name or its table, so that a worker loads its own compiled functions."""
     if mechanism.origin is not None:
         names = frozenset(signal.name for signal in mechanism.signals if mechanism.fills(signal))
-        return _of_table, (mechanism.origin, names, mechanism.given)
+        return _of_table, (mechanism.origin, names, mechanism.target, mechanism.given)
     # An extended mechanism has none of its own.
     find = mechanism_by_name if mechanism.extended else _extended_by_name
     return find, (mechanism.name, mechanism.points, mechanism.target, mechanism.given)

@@ -14,6 +14,7 @@ from explore.model.checks import check_declaration
 from explore.model.declaration import Declaration
 from explore.model.points import (
     draw_points,
+    drawn_name,
     include_points,
     point_panels,
     point_parameters,
@@ -125,7 +126,15 @@ class Mechanism(Declaration):
 
     def for_signals(self, names: Iterable[str], *, needs_stroke: bool = False) -> Mechanism:
         """The mechanism with a kernel for signals and metrics of these names; itself where it has one for all."""
-        return self.specialise(frozenset(names), needs_stroke=needs_stroke) if self.specialise else self
+        if not self.specialise:
+            return self
+        return (
+            self.specialise(frozenset(names), needs_stroke=needs_stroke).with_given(self.given).with_target(self.target)
+        )
+
+    def drawn_point(self, name: str) -> str:
+        """What the drawing calls a point that can meet a target."""
+        return drawn_name(name) if name in self.points else name
 
     @cached_property
     def precise(self) -> Mechanism | None:

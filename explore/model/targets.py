@@ -270,9 +270,12 @@ class TargetKind:
         Default objectives.
     parameters
         Those that a target of the kind adds: designs that differ only in them share a motion.
+    points
+        Names of the points that can meet a target of the kind; empty for those that a study names.
     """
 
     formulas: Callable[[Any], tuple[Formula, ...]]
     defaults: tuple[str, ...]
     objectives: tuple[str, ...]
     parameters: tuple[Parameter, ...] = POSE
+    points: tuple[str, ...] = ()

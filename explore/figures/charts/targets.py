@@ -12,7 +12,6 @@ from explore.base.errors import RequestError
 from explore.figures.charts.style import RED
 from explore.figures.simulation import SimulatedDesign, drawing_of
 from explore.mechanisms.targets.measures import TargetMeasure
-from explore.model.points import drawn_name
 from explore.model.quantities import FloatArray
 
 if TYPE_CHECKING:
@@ -63,7 +62,7 @@ def target_of(simulated: SimulatedDesign) -> DrawnTarget:
     points = np.array(target.points, dtype=np.float64)
     return DrawnTarget(
         target.point,
-        drawn_name(target.point),
+        simulated.mechanism.drawn_point(target.point),
         points,
         np.array(target.weights or np.ones(len(points)), dtype=np.float64),
         _crank_angles(simulated),

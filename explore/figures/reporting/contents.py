@@ -19,7 +19,6 @@ from explore.figures.reporting.packing import ColumnPacker
 from explore.figures.reporting.rows import FEASIBLE, FRONT, INFEASIBLE, ReportRows, choose_rows
 from explore.model.columns import Attribute, Column
 from explore.model.mechanism import Mechanism
-from explore.model.points import drawn_name
 from explore.results.labels import results_name, unit_text
 from explore.results.ranking.nearest import find_nearest, is_little
 from explore.results.ranking.rankings import Ranking, rank_source
@@ -139,7 +138,7 @@ def describe_study(results: Results, mechanism: Mechanism | None, ranking: Ranki
         "motion": _describe_motion(results, mechanism) if mechanism else None,
         "defaults": {p.name: p.default for p in parameters if p.default is not None},
         **_window_and_drive(results, mechanism),
-        "target": _describe_target(results),
+        "target": _describe_target(results, mechanism),
         "studied": results.n_studied,
         "committed": results.n_committed,
         "complete": results.is_complete,
@@ -179,13 +178,13 @@ def _window_and_drive(results: Results, mechanism: Mechanism | None) -> dict[str
     return {"window": window, "drive": drive if uses_stroke else "none"}
 
 
-def _describe_target(results: Results) -> dict[str, Any] | None:
+def _describe_target(results: Results, mechanism: Mechanism | None) -> dict[str, Any] | None:
     """The path that a point of the linkage shall follow, in declared units; None where there is none."""
     target, scale = results.target.path if results.target else None, results.shown_units.scale("mm")
     if target is None:
         return None
     return {
-        "point": drawn_name(target.point),
+        "point": mechanism.drawn_point(target.point) if mechanism else target.point,
         "points": [list(place) for place in target.points],
         "closed": target.closed,
         "timed": bool(target.crank_angles),

@@ -12,7 +12,7 @@ from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_S
 from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.mechanisms.targets.function_errors.metrics import declare_functions
 from explore.mechanisms.targets.measures import CompiledMotion
-from explore.mechanisms.targets.path_errors.metrics import declare_paths
+from explore.mechanisms.targets.path_errors.metrics import PointOfLink, declare_paths
 from explore.mechanisms.targets.pose_errors.metrics import declare_poses
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
@@ -46,6 +46,8 @@ _ACCELERATION_SIGNALS = tuple(
     )
     for link, row in (("coupler", four_bar.COUPLER_ACCELERATION), ("rocker", four_bar.ROCKER_ACCELERATION))
 )
+_SHAPE = ("crank", "coupler", "rocker", "ground", "branch")
+_POINTS = PointOfLink(find_coupler_curve, _SHAPE, "transmission_angle_min")
 _STROKES = ("overlapped_to_extended", "extended_to_overlapped")
 _STROKE_WINDOWS = ("drive", "return", *_STROKES)
 _GEOMETRY_METRICS = (
@@ -187,7 +189,7 @@ _EXTENDED = Mechanism(
         "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
-    kernel_version="5",
+    kernel_version="6",
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=EXTENDED_SIGNAL_ROWS,
@@ -200,20 +202,11 @@ _EXTENDED = Mechanism(
     drawing=four_bar_drawing.DRAWING,
     floating_link=FloatingLink("coupler", "the crank's pin", "crank joint", "coupler_angle", FIRST_POINT, POINTS),
     targets={
-        "path": declare_paths(
-            find_coupler_curve,
-            ("crank", "coupler", "rocker", "ground", "branch"),
-            "transmission_angle_min",
-            ("path_error_rms", "transmission_angle_min:max"),
-        ),
+        "path": declare_paths(_POINTS, ("path_error_rms", "transmission_angle_min:max")),
         "function": declare_functions(
-            CompiledMotion(find_rocker_output, ("crank", "coupler", "rocker", "ground", "branch")),
-            "rocker",
-            ("output_error_max", "transmission_angle_min:max"),
+            CompiledMotion(find_rocker_output, _SHAPE), "rocker", ("output_error_max", "transmission_angle_min:max")
         ),
-        "poses": declare_poses(
-            find_coupler_curve, ("crank", "coupler", "rocker", "ground", "branch"), "transmission_angle_min"
-        ),
+        "poses": declare_poses(_POINTS, ("position_error_max", "angle_error_max", "transmission_angle_min:max")),
     },
     panels=(
         Panel("angle", ("coupler_angle", "rocker_angle")),

@@ -15,6 +15,7 @@ from explore.mechanisms.linkages.kernel import Kernel, make_kernel, parameter_na
 from explore.mechanisms.linkages.load_signals import balanced_signals
 from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.metrics import CLOSED_METRICS, REACH_NAMES, declare_formulas
+from explore.mechanisms.linkages.motions import declare_targets
 from explore.mechanisms.linkages.programs import DISTANCE_ROW, GREATEST_ROW, LEAST_ROW, MIDDLE_ROW, REACH_ROW
 from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.signals import find_quantities
@@ -178,6 +179,7 @@ def _declare(
             joints, {factor.joint for factor in equations.factors if factor.of_lines}, turns=turns
         ),
         drawing=draw_linkage(table),
+        targets=declare_targets(table, [f"{name}:max" for name in defaults if name == "transmission_angle_min"]),
         panels=linkage_panels(table, signals),
         extended=extended,
         specialise=_Kernels(table),

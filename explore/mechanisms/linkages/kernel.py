@@ -19,6 +19,7 @@ from explore.mechanisms.linkages.pair_operations import PAIRS_SIGNATURE, fill_pa
 from explore.mechanisms.linkages.pair_programs import knows_pairs, plan_pairs
 from explore.mechanisms.linkages.programs import Program, Rows
 from explore.mechanisms.linkages.table import LinkageTable
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIGNATURE
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,8 @@ class Kernel:
     ----------
     close, fill, disturbed_fill, precise_fill, disturbed_precise_fill
         As `explore.model.mechanism.Mechanism` says.
+    curve
+        What `fill` gives of one design at one angle, from its constants; see `explore.mechanisms.targets`.
     n_constants
         Constants of a design that `fill` reads; `close` computes more than it keeps.
     """
@@ -38,6 +41,7 @@ class Kernel:
     disturbed_fill: NativeFunction
     precise_fill: NativeFunction | None
     disturbed_precise_fill: NativeFunction | None
+    curve: NativeFunction
     n_constants: int
 
 
@@ -90,12 +94,13 @@ def make_kernel(
     )
     fill, whole = rows.of_angle("fill", outputs), rows.from_parameters("disturbed_fill", outputs)
     close = NativeFunction("close", CLOSE_SIGNATURE, closing.text, _addresses, closing.javascript)
+    curve = NativeFunction(fill.name, CURVE_SIGNATURE, lambda: vector_code.HEAD + vector_code.curve_function(fill))
     is_exact = not equations.graph.has_rounded_constants and knows_pairs(whole)
     return Kernel(
         close, _fill_function(fill), _fill_function(whole, is_disturbed=True),
         _pairs_function("precise_fill", whole) if is_exact else None,
         _pairs_function("disturbed_precise_fill", whole, is_disturbed=True) if is_exact else None,
-        status,
+        curve, status,
     )  # fmt: skip
 
 

@@ -39,12 +39,13 @@ class NativeFunction(types.WrapperAddressProtocol):  # type: ignore[misc]  # Num
     outer
         Gives the addresses of functions that it calls, by their names in the text.
     javascript
-        Writes the function in JavaScript; see `explore.figures.reporting.javascript`.
+        Writes the function in JavaScript, for a page that needs it; see `explore.figures.reporting.javascript`.
     """
 
     def __init__(
-        self, name: str, signature: str, write: Callable[[], str], outer: Callable[[str], Mapping[str, int]],
-        javascript: Callable[[str, Callable[[Any], str]], str],
+        self, name: str, signature: str, write: Callable[[], str],
+        outer: Callable[[str], Mapping[str, int]] = lambda _: {},
+        javascript: Callable[[str, Callable[[Any], str]], str] | None = None,
     ) -> None:  # fmt: skip
         self.name, self.write, self.javascript = name, write, javascript
         self._signature, self._outer = function_type(signature).signature, outer

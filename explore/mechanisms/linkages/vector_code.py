@@ -1,4 +1,4 @@
-"""Programs as LLVM's language: functions that Numba's compiled functions call, LANES designs at once.
+"""Programs as LLVM's language: functions that Numba's compiled functions call, of LANES designs at once or of one.
 
 A function has Numba's calling convention of C: arrays are passed as their structures, and the result is a null pointer.
 """
@@ -41,10 +41,22 @@ FILL_PAIRS = "explore_linkage_fill_pairs"
 _SYMBOLS = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 _INTRINSICS = {"sqrt": "sqrt", "abs": "fabs", "max": "maximum", "maximum": "maximum", "minimum": "minimum"}
 
+
+def _type(lanes: int) -> str:
+    """The type of a row."""
+    return "double" if lanes == 1 else _VECTOR
+
+
+def _suffix(lanes: int) -> str:
+    """The end of the names of LLVM's functions of rows."""
+    return "f64" if lanes == 1 else f"v{lanes}f64"
+
+
 #: Declarations of what functions call.
 HEAD = f"declare ptr @{OPERATE}(i64, ptr, ptr, ptr)\n" + "".join(
-    f"declare {_VECTOR} @llvm.{name}.v{LANES}f64({', '.join([_VECTOR] * count)})\n"
+    f"declare {_type(lanes)} @llvm.{name}.{_suffix(lanes)}({', '.join([_type(lanes)] * count)})\n"
     for name, count in (("sqrt", 1), ("fabs", 1), ("maximum", 2), ("minimum", 2))
+    for lanes in (LANES, 1)
 )
 
 
@@ -58,6 +70,17 @@ def node_function(program: Program) -> str:
     angle = _load("%tangent", "%tangents") + _load("%anchor", "%anchors")
     arguments = ("read", "tangents", "anchors", "written")
     return _function(program.name, arguments, _scratch(program) + angle + _body(program, _FAST))
+
+
+def curve_function(program: Program) -> str:
+    """A function of the constants of one design, of cosine and sine of the angle, and of the numbers to fill."""
+    angle = (
+        "  %behind = fcmp olt double %cosine, 0.0\n  %anchor = uitofp i1 %behind to double\n"
+        "  %size = call double @llvm.fabs.f64(double %cosine)\n  %less = fadd double %size, 1.0\n"
+        "  %opposite.sine = fneg double %sine\n"
+        "  %over = select i1 %behind, double %opposite.sine, double %sine\n  %tangent = fdiv double %over, %less\n"
+    )
+    return _function(program.name, ("read", "cosine.", "sine.", "written"), angle + _body(program, _FAST, lanes=1))
 
 
 def fill_function(program: Program, *, is_disturbed: bool) -> str:
@@ -141,9 +164,12 @@ def _table(name: str, values: Iterable[float]) -> str:
 
 
 def _function(name: str, arguments: Iterable[str], text: str) -> str:
-    """A function of arrays, and of integers, whose names end with a colon."""
-    declared = [f"i64 %{each[:-1]}" if each.endswith(":") else f"{_ARRAY} %{each}.array" for each in arguments]
-    arrays = [each for each in arguments if not each.endswith(":")]
+    """A function of arrays, of integers (names that end with a colon) and of numbers (with a period)."""
+    kinds = {":": "i64", ".": "double"}
+    declared = [
+        f"{kinds[each[-1]]} %{each[:-1]}" if each[-1] in kinds else f"{_ARRAY} %{each}.array" for each in arguments
+    ]
+    arrays = [each for each in arguments if each[-1] not in kinds]
     pointers = "".join(f"  %{each} = extractvalue {_ARRAY} %{each}.array, 4\n" for each in arrays)
     return f"define ptr @{name}({', '.join(declared)}) nounwind {{\nentry:\n{pointers}{text}  ret ptr null\n}}\n\n"
 
@@ -154,21 +180,22 @@ def _scratch(program: Program) -> str:
     return "".join(f"  %{name} = alloca {_VECTOR}\n" for name in _SLOTS) if calls else ""
 
 
-def _body(program: Program, flags: str, *, is_disturbed: bool = False) -> str:
-    return "".join(f"{line}\n" for line in _Body(program, flags, is_disturbed=is_disturbed).lines())
+def _body(program: Program, flags: str, *, is_disturbed: bool = False, lanes: int = LANES) -> str:
+    return "".join(f"{line}\n" for line in _Body(program, flags, lanes, is_disturbed=is_disturbed).lines())
 
 
 class _Body:
-    """The operations of a program."""
+    """The operations of a program; those of one lane call no functions and are not disturbed."""
 
-    def __init__(self, program: Program, flags: str, *, is_disturbed: bool) -> None:
+    def __init__(self, program: Program, flags: str, lanes: int, *, is_disturbed: bool) -> None:
         self._program, self._flags, self._is_disturbed = program, flags, is_disturbed
-        self._texts = {k: _splat(value) for k, value in program.literals.items()}
+        self._lanes, self._type = lanes, _type(lanes)
+        self._texts = {k: _splat(value, lanes) for k, value in program.literals.items()}
 
     def lines(self) -> Iterator[str]:
         """Statements, and stores of results as soon as they are known."""
         if any(operation.name in ("mirror", "choose") for operation in self._program.operations):
-            yield f"  %opposite = fcmp une {_VECTOR} %anchor, {_splat(0.0)}"
+            yield f"  %opposite = fcmp une {self._type} %anchor, {_splat(0.0, self._lanes)}"
         if any(operation.name == "law" for operation in self._program.operations):
             yield "  %is.first = icmp eq i64 %law, 0"
             yield f"  %sense.one = select i1 %is.first, double {_hex(1.0)}, double {_hex(-1.0)}"
@@ -189,13 +216,15 @@ class _Body:
 
     def _store(self, row: int, k: int) -> str:
         place = f"%written{row}"
-        return f"{_place(place, '%written', row, 1)}  store {_VECTOR} {self._texts[k]}, ptr {place}, align 8"
+        placed = _place(place, "%written", row, 1, self._lanes)
+        return f"{placed}  store {self._type} {self._texts[k]}, ptr {place}, align 8"
 
     def _read(self, k: int) -> Iterator[str]:
         if k not in self._texts:
             row = self._program.reads[k]
             self._texts[k] = f"%read{row}"
-            yield _place(f"%read{row}.at", "%read", row, 1) + _load(f"%read{row}", f"%read{row}.at").rstrip()
+            placed = _place(f"%read{row}.at", "%read", row, 1, self._lanes)
+            yield placed + _load(f"%read{row}", f"%read{row}.at", self._lanes).rstrip()
 
     def _operate(self, operation: Operation) -> Iterator[str]:
         k, name = operation.result, operation.name
@@ -204,15 +233,16 @@ class _Body:
         if name in ("input", "tangent", "law"):
             self._texts[k] = parts[0] if parts else "%sense" if name == "law" else "%tangent"
         elif name in _SYMBOLS:
-            yield f"  {result} = {_SYMBOLS[name]} {self._flags}{_VECTOR} {parts[0]}, {parts[1]}"
+            yield f"  {result} = {_SYMBOLS[name]} {self._flags}{self._type} {parts[0]}, {parts[1]}"
         elif name == "neg":
-            yield f"  {result} = fneg {_VECTOR} {parts[0]}"
+            yield f"  {result} = fneg {self._type} {parts[0]}"
         elif name in _INTRINSICS:
-            given = ", ".join(f"{_VECTOR} {part}" for part in parts)
-            yield f"  {result} = call {_VECTOR} @llvm.{_INTRINSICS[name]}.v{LANES}f64({given})"
+            given = ", ".join(f"{self._type} {part}" for part in parts)
+            yield f"  {result} = call {self._type} @llvm.{_INTRINSICS[name]}.{_suffix(self._lanes)}({given})"
         elif name in ("mirror", "choose"):
-            one, other = parts or (_splat(1.0), _splat(-1.0))
-            yield f"  {result} = select <{LANES} x i1> %opposite, {_VECTOR} {other}, {_VECTOR} {one}"
+            one, other = parts or (_splat(1.0, self._lanes), _splat(-1.0, self._lanes))
+            truth = "i1" if self._lanes == 1 else f"<{LANES} x i1>"
+            yield f"  {result} = select {truth} %opposite, {self._type} {other}, {self._type} {one}"
         elif name == "exact_sum":
             lines: list[str] = []
             self._texts[k] = exact_sum.py_func(*(_Plain(part, result, lines) for part in parts)).text
@@ -256,13 +286,13 @@ class _Plain:
         return _Plain(text, self._name, self._lines)
 
 
-def _place(name: str, pointer: str, number: str | int, rows: int) -> str:
+def _place(name: str, pointer: str, number: str | int, rows: int, lanes: int = LANES) -> str:
     """A pointer to so many rows behind another, times a number."""
-    return f"  {name} = getelementptr [{rows * LANES} x double], ptr {pointer}, i64 {number}\n"
+    return f"  {name} = getelementptr [{rows * lanes} x double], ptr {pointer}, i64 {number}\n"
 
 
-def _load(name: str, place: str) -> str:
-    return f"  {name} = load {_VECTOR}, ptr {place}, align 8\n"
+def _load(name: str, place: str, lanes: int = LANES) -> str:
+    return f"  {name} = load {_type(lanes)}, ptr {place}, align 8\n"
 
 
 def _spread(name: str, number: str) -> str:
@@ -273,8 +303,8 @@ def _spread(name: str, number: str) -> str:
     )
 
 
-def _splat(value: float) -> str:
-    return f"<{', '.join([f'double {_hex(value)}'] * LANES)}>"
+def _splat(value: float, lanes: int) -> str:
+    return _hex(value) if lanes == 1 else f"<{', '.join([f'double {_hex(value)}'] * lanes)}>"
 
 
 def _hex(value: float) -> str:

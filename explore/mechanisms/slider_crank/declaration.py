@@ -9,7 +9,7 @@ from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
 from explore.mechanisms.slider_crank.paths import find_rod_curve
-from explore.mechanisms.targets.path_errors.metrics import declare_paths
+from explore.mechanisms.targets.path_errors.metrics import PointOfLink, declare_paths
 from explore.mechanisms.targets.pose_errors.metrics import declare_poses
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
@@ -18,6 +18,7 @@ from explore.model.quadrature import Graded
 from explore.model.quantities import FloatArray, Metric, Parameter, Signal
 from explore.model.window import Window
 
+_POINTS = PointOfLink(find_rod_curve, ("crank", "rod", "offset"), "transmission_angle_min")
 _STROKES = ("outer_to_inner", "inner_to_outer")
 _METRICS = (
     Metric("stroke", "mm", "stroke of the slider", lower=0.0, closed_form_of="slider_position_peak_to_peak_cycle"),
@@ -177,7 +178,7 @@ _EXTENDED = Mechanism(
         "cycle": (*_CLOSED_NAMES, *_SAMPLED_DEFAULTS[1:], "slider_velocity_rms"),
     },
     objectives=("cv", "slider_acceleration_peak", "pressure_angle_max"),
-    kernel_version="3",
+    kernel_version="4",
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=columns.EXTENDED_SIGNAL_ROWS,
@@ -190,13 +191,8 @@ _EXTENDED = Mechanism(
     drawing=_DRAWING,
     floating_link=FloatingLink("rod", "the crank's pin", "crank pin", "rod_angle", columns.FIRST_POINT, columns.POINTS),
     targets={
-        "path": declare_paths(
-            find_rod_curve,
-            ("crank", "rod", "offset"),
-            "transmission_angle_min",
-            ("path_error_rms", "transmission_angle_min:max"),
-        ),
-        "poses": declare_poses(find_rod_curve, ("crank", "rod", "offset"), "transmission_angle_min"),
+        "path": declare_paths(_POINTS, ("path_error_rms", "transmission_angle_min:max")),
+        "poses": declare_poses(_POINTS, ("position_error_max", "angle_error_max", "transmission_angle_min:max")),
     },
     panels=(
         Panel("slider position", ("slider_position",)),

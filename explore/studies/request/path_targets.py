@@ -33,7 +33,7 @@ def read_path_target(
     """The path that a section describes; see `explore.studies.request.targets.read_target`."""
     before = len(problems)
     note_unknown_keys(entries, _KEYS, problems)
-    point = read_point(mechanism, entries.get("point"), problems)
+    point = read_point(mechanism, PathTarget.kind, entries.get("point"), problems)
     rows = read_number_rows(entries, _POINTS, folder, problems)
     in_file = [row[2] for row in rows if len(row) > 2]
     points = [(row[0], row[1]) for row in rows if row]

@@ -29,7 +29,7 @@ def read_poses_target(
     """The poses that a section describes; see `explore.studies.request.targets.read_target`."""
     before = len(problems)
     note_unknown_keys(entries, _KEYS, problems)
-    point = read_point(mechanism, entries.get("point"), problems)
+    point = read_point(mechanism, PosesTarget.kind, entries.get("point"), problems)
     poses = read_poses(entries, folder, problems)
     lever = _lever(entries.get("lever", 0.0), problems) if "lever" in entries else 0.0
     order = entries.get("order", "given")

@@ -18,9 +18,9 @@ def note_unknown_keys(entries: Mapping[str, Any], known: Sequence[str], problems
     problems += [((key,), f"unknown key; {suggestion(str(key), known)}") for key in entries if key not in known]
 
 
-def read_point(mechanism: Mechanism, name: object, problems: Problems) -> str:
-    """The point that is to meet the target."""
-    points = mechanism.points
+def read_point(mechanism: Mechanism, kind: str, name: object, problems: Problems) -> str:
+    """The point that is to meet a target of a kind."""
+    points = mechanism.targets[kind].points or mechanism.points
     if not points:
         reason = "the mechanism has no point to follow it; give it one, [points] M = { along = 120, across = 40 }"
         problems.append(((), reason))

@@ -21,8 +21,8 @@ from explore.mechanisms.targets.path_errors.shapes import CHAMFER, HAUSDORFF, N_
 from explore.mechanisms.targets.path_errors.timing import measure_timed
 from explore.model.drawing import PLACE
 from explore.model.points import COORDINATES
-from explore.model.quantities import FloatArray, Formula
-from explore.model.targets import PathTarget, TargetKind
+from explore.model.quantities import FloatArray, Formula, Parameter
+from explore.model.targets import POSE, PathTarget, TargetKind
 
 _ABOUT = {
     "path_error_rms": ("mm", "rms distance of the target's points to the path of {}, in their order", RMS, 1.0),
@@ -75,17 +75,6 @@ def _rays() -> FloatArray:
     return np.stack([np.cos(angles), np.sin(angles)])
 
 
-def declare_paths(curve: FindFunction, shape: tuple[str, ...], turns: str, objectives: tuple[str, ...]) -> TargetKind:
-    """Declare that a mechanism meets paths.
-
-    `curve` gives the compiled curve of a point, of the signature
-    `mechanisms.targets.path_errors.curve.CURVE_SIGNATURE`, and `shape` the names of the parameters that it takes,
-    without the place of the point, which follows them. The metric `turns` is NaN where the crank does not turn fully;
-    `objectives` are the default ones of a study with a path.
-    """
-    return TargetKind(PathFormulas(PointOfLink(curve, shape, turns)), tuple(_ABOUT), objectives)
-
-
 @dataclass(frozen=True)
 class PointOfLink:
     """Motions of points of a floating link, by their names; the attributes are those of `CompiledMotion`."""
@@ -98,6 +87,20 @@ class PointOfLink:
         """The motion of a point, whose place follows the other parameters."""
         place = (f"{point}_{coordinate}" for coordinate in COORDINATES)
         return CompiledMotion(self.find, (*self.parameters, *place), self.turns)
+
+
+def declare_paths(
+    motion_of: Callable[[str], Motion],
+    objectives: tuple[str, ...],
+    pose: tuple[Parameter, ...] = POSE,
+    points: tuple[str, ...] = (),
+) -> TargetKind:
+    """Declare that a mechanism meets paths; see `explore.model.targets.TargetKind`.
+
+    The function of the motion of a point is a curve, of the signature
+    `mechanisms.targets.path_errors.curve.CURVE_SIGNATURE`.
+    """
+    return TargetKind(PathFormulas(motion_of), tuple(_ABOUT), objectives, pose, points)
 
 
 @dataclass(frozen=True)

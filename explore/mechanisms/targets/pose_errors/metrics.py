@@ -7,17 +7,15 @@ from functools import lru_cache
 import numpy as np
 
 from explore.mechanisms.targets.measures import (
-    FindFunction,
     Measures,
     Motion,
     TargetMeasure,
     keep_last,
     shapes_and_rest,
 )
-from explore.mechanisms.targets.path_errors.metrics import PointOfLink
 from explore.mechanisms.targets.pose_errors.measuring import N_MEASURES, PLACE, RMS, SPAN, TURNED, measure_poses
 from explore.model.drawing import PLACE as POSE_NAMES
-from explore.model.quantities import FloatArray, Formula
+from explore.model.quantities import FloatArray, Formula, Parameter
 from explore.model.targets import BODY_POSE, PosesTarget, TargetKind
 
 _DEGREES = 180.0 / np.pi
@@ -45,10 +43,14 @@ def _poses(target: PosesTarget) -> FloatArray:
     return np.array(target.poses, dtype=np.float64) * [1.0, 1.0, 1.0 / _DEGREES]
 
 
-def declare_poses(curve: FindFunction, shape: tuple[str, ...], turns: str) -> TargetKind:
+def declare_poses(
+    motion_of: Callable[[str], Motion],
+    objectives: tuple[str, ...],
+    pose: tuple[Parameter, ...] = BODY_POSE,
+    points: tuple[str, ...] = (),
+) -> TargetKind:
     """Declare that a mechanism meets poses; see `mechanisms.targets.path_errors.metrics.declare_paths`."""
-    objectives = ("position_error_max", "angle_error_max", f"{turns}:max")
-    return TargetKind(PoseFormulas(PointOfLink(curve, shape, turns)), tuple(_ABOUT), objectives, BODY_POSE)
+    return TargetKind(PoseFormulas(motion_of), tuple(_ABOUT), objectives, pose, points)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,127 @@
+"""What of a linkage meets targets: curves of its points with the directions of their links, and its output."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from explore.mechanisms.linkages.equations import Equations
+from explore.mechanisms.linkages.graph import Series
+from explore.mechanisms.linkages.kernel import Kernel, make_kernel
+from explore.mechanisms.linkages.metrics import CLOSED_METRICS
+from explore.mechanisms.linkages.steps import find_steps
+from explore.mechanisms.linkages.table import LinkageTable
+from explore.mechanisms.targets.function_errors.metrics import declare_functions
+from explore.mechanisms.targets.path_errors.metrics import declare_paths
+from explore.mechanisms.targets.pose_errors.metrics import declare_poses
+from explore.model.declaration import INTERVAL_ROWS
+from explore.model.quantities import FloatArray
+from explore.model.status import Status
+from explore.model.targets import BODY_POSE, POSE, TargetKind
+
+#: Meanings of the coordinates of a linkage's place in the plane of a target.
+_ORIGIN = ("x of the frame's origin in the plane of the target", "y of the frame's origin in the plane of the target")
+#: Number of motions of which kernels are kept.
+_MOST_KEPT = 64
+
+
+@dataclass(frozen=True)
+class TableMotion:
+    """The motion of a point, of a link, or of a point and the link that it is on; see `targets.measures.Motion`.
+
+    Attributes
+    ----------
+    table
+        The linkage.
+    point, link
+        Names; empty for none.
+    needs_turn
+        Whether designs whose crank does not turn fully have no motion.
+    """
+
+    table: LinkageTable
+    point: str
+    link: str = ""
+    needs_turn: bool = True
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """All parameters of the table."""
+        return tuple(parameter.name for parameter in self.table.parameters)
+
+    def function(self) -> Any:
+        """The curve, a function of the constants of a design."""
+        return _kernel(self.table, self.point, self.link).curve
+
+    def shapes(self, inputs: FloatArray) -> FloatArray:
+        """The constants of designs, (n, k), from their parameters, (n, p)."""
+        from explore.base.lanes.designs import close_all  # imports Numba, needed only here
+
+        kernel = _kernel(self.table, self.point, self.link)
+        first, count = kernel.n_constants + 1, len(inputs)
+        rows = first + inputs.shape[1] + len(INTERVAL_ROWS) + len(CLOSED_METRICS)
+        constants, status = np.empty((kernel.n_constants, count)), np.empty(count, np.int8)
+        parameters = np.ascontiguousarray(inputs.T)
+        close_all(
+            kernel.close, parameters, rows, first, rows, kernel.n_constants, constants, np.empty((0, count)), status
+        )
+        shapes = np.ascontiguousarray(constants.T)
+        if self.needs_turn:
+            shapes[status != Status.OK, 0] = np.nan
+        return shapes
+
+
+@lru_cache(_MOST_KEPT)
+def _kernel(table: LinkageTable, point: str, link: str) -> Kernel:
+    """The kernel of a curve: the place of a point and its derivatives, then the same of the direction of a link."""
+    equations = Equations(replace(table, loads=None), find_steps(table))
+    vectors = [equations.points[point]] if point else []
+    vectors += [equations.directions[link]] if link else []
+    outputs = [number for vector in vectors for number in _in_order(vector)]
+    joints = list(dict.fromkeys(factor.joint for factor in equations.factors))
+    return make_kernel(equations, outputs, [], joints, (), (), tells_reach=False)
+
+
+def _in_order(vector: Sequence[Series]) -> list[Any]:
+    """Both coordinates, then both first derivatives, then both second ones."""
+    return [series.terms[order] for order in range(3) for series in vector]
+
+
+@dataclass(frozen=True)
+class PointMotions:
+    """Motions of points of a linkage by their names, with the links that they are on if `has_link`."""
+
+    table: LinkageTable
+    has_link: bool
+
+    def __call__(self, point: str) -> TableMotion:
+        """The motion of a point."""
+        return TableMotion(self.table, point, self.table.bodies_at(point)[0].name if self.has_link else "")
+
+
+def declare_targets(table: LinkageTable, transmission: Sequence[str]) -> dict[str, TargetKind]:
+    """How a linkage meets targets over its turn, by their kind.
+
+    `transmission` is the default objective of the transmission angle, if there is one.
+    """
+    if table.limits:
+        return {}
+    moving = tuple(point for point in table.points if point not in table.frame.place_of)
+    single = tuple(point for point in moving if len(table.bodies_at(point)) == 1)
+    pose, body_pose = (
+        tuple(replace(each, long_name=words) for each, words in zip(parameters, _ORIGIN, strict=False))
+        + parameters[len(_ORIGIN) :]
+        for parameters in (POSE, BODY_POSE)
+    )
+    targets = {
+        "path": declare_paths(PointMotions(table, has_link=False), ("path_error_rms", *transmission), pose, moving)
+    }
+    if single:
+        errors = ("position_error_max", "angle_error_max", *transmission)
+        targets["poses"] = declare_poses(PointMotions(table, has_link=True), errors, body_pose, single)
+    if table.output in {link.name for link in table.links}:
+        output = TableMotion(table, "", table.output, needs_turn=False)
+        targets["function"] = declare_functions(output, table.output, ("output_error_max", *transmission))
+    return targets
