@@ -452,3 +452,9 @@ def test_motions_that_cannot_be_opposed_are_refused(change, problem):
     with pytest.raises(ConfigError) as error:
         Linkage(content)
     assert str(error.value) == f"linkage.loads.opposing.ram: {problem}"
+
+
+def test_loads_have_a_largest_number():
+    springs = {f"s{k}": {"between": "ram", "rate": 1, "rest": 0} for k in range(101)}
+    with pytest.raises(ConfigError, match=r"^linkage.loads: has 101 entries; at most 100 are possible$"):
+        with_loads(CASES["crank-shaper"], {"springs": springs})

@@ -25,8 +25,8 @@ _TORQUE_KEYS = ("torque", "against")
 _RATES = {"springs": ("N/m", "N m/rad"), "dampers": ("N s/m", "N m s/rad")}
 #: Units of what is not negative.
 _AMOUNTS = ("kg", "kg m^2", "N s/m", "N m s/rad")
-#: Largest number of entries of a part.
-_MOST_ENTRIES = 40
+#: Largest number of entries of all parts together.
+_MOST_ENTRIES = 100
 
 
 class LoadReader:
@@ -49,6 +49,9 @@ class LoadReader:
         if "gravity" in entries:
             gravity = self._pair(entries["gravity"], (*key, "gravity"), "m/s^2")
         parts = {name: self._part(entries, name) for name in _EXAMPLES}
+        if (count := sum(map(len, parts.values()))) > _MOST_ENTRIES:
+            self._problems.append((key, f"has {count:,} entries; at most {_MOST_ENTRIES} are possible"))
+            return None
         masses = tuple(self._mass(name, entry) for name, entry in parts["masses"].items())
         forces = tuple(self._point_force(name, entry) for name, entry in parts["forces"].items())
         elements = [self._torque(name, entry) for name, entry in parts["torques"].items()]
@@ -62,9 +65,6 @@ class LoadReader:
         part, key = entries.get(name, {}), (SECTION, "loads", name)
         if not isinstance(part, Mapping):
             self._problems.append((key, f"must be a table such as {_EXAMPLES[name]}, got {format_value(part)}"))
-            return {}
-        if len(part) > _MOST_ENTRIES:
-            self._problems.append((key, f"has {len(part):,} entries; at most {_MOST_ENTRIES} are possible"))
             return {}
         return part
 
