@@ -9,9 +9,10 @@ with c the centroids, phi the angles of links, p the points of forces, and q the
 or a damper acts on with the force f. Forces are in N and lengths in mm, so sums of powers are in N mm.
 """
 
-import math
 from collections import defaultdict
+from fractions import Fraction
 
+from explore.base.units.quantities import unit_factor
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import read_expression
 from explore.mechanisms.linkages.graph import LEAST, SENSE, Number, Series
@@ -21,7 +22,9 @@ from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minu
 #: The parameter that the speed of the driver is, rad/s.
 SPEED = "speed"
 #: Meters in a millimeter.
-_METERS = 1e-3
+_METERS = Fraction(1, 1000)
+#: Radians in a degree.
+_RADIANS = unit_factor("deg", "rad")
 
 
 class Loading:
@@ -46,6 +49,7 @@ class Loading:
     def __init__(self, equations: Equations, loads: Loads) -> None:
         self._equations, self._graph = equations, equations.graph
         self._zero = self._graph.constant(0.0)
+        self._one, self._meters = self._graph.constant(1.0), self._graph.constant(_METERS)
         self._speed = self._graph.input(SPEED) if loads.is_dynamic else self._zero
         self._power, self._loss = self._zero, self._zero
         is_number = abs(self._graph.input(LEAST)).call("minimum", self._zero)
@@ -70,12 +74,12 @@ class Loading:
     @property
     def torque(self) -> Number:
         """The torque of the drive, N m; where a pin is driven, its power over the speed."""
-        return -self._power * _METERS
+        return -self._power * self._meters
 
     @property
     def loss(self) -> Number:
         """The power that dampers and what opposes the motion take, over the speed, N m."""
-        return self._loss * _METERS
+        return self._loss * self._meters
 
     def _read(self, coordinate: Coordinate) -> Number:
         return read_expression(self._graph, coordinate)
@@ -94,7 +98,9 @@ class Loading:
         else:
             place = equations.place_of(mass.owner, mass.centroid)
         square = self._speed * self._speed
-        x, y = (amount * (g - part.terms[2] * square * _METERS) for g, part in zip(self._gravity, place, strict=True))
+        x, y = (
+            amount * (g - part.terms[2] * square * self._meters) for g, part in zip(self._gravity, place, strict=True)
+        )
         self._work((x, y), place)
         if not is_link:
             self.on_pins[mass.owner].append((x, y))
@@ -115,7 +121,7 @@ class Loading:
 
     def _turn(self, body: str, torque: Number, rate: Number) -> None:
         """A torque on a body, N m, that does work."""
-        moment = torque * (1.0 / _METERS)
+        moment = torque * float(1 / _METERS)
         self._power = self._power + moment * rate
         self.moments[body].append(moment)
 
@@ -135,7 +141,7 @@ class Loading:
         difference = minus(self._equations.points[second], self._equations.points[first])
         square = dot(difference, difference)
         if element.rest and self._read(element.rest).value == 0.0:  # no force where the points meet
-            pull = [self._read(element.size) * part.terms[0] * _METERS for part in difference]
+            pull = [self._read(element.size) * part.terms[0] * self._meters for part in difference]
         else:
             distance = length(difference)
             self.squares.append(square)
@@ -168,15 +174,15 @@ class Loading:
             if element.kind == "spring":
                 self.angles.append(element.ends[0])
                 angle = self._equations.angle_of(element.ends[0])
-            torque = -self._resist(element, angle, rate, 1.0, math.radians(1.0))
+            torque = -self._resist(element, angle, rate, self._one, self._graph.constant(_RADIANS))
         for sign, link, rate in zip((1.0, -1.0), element.ends, rates, strict=False):
             self._turn(link, torque * sign, rate)
 
     def _force(self, element: Element, place: Number, rate: Number) -> Number:
         """The force of an element against its length or position, N."""
-        return self._resist(element, place, rate, _METERS, 1.0)
+        return self._resist(element, place, rate, self._meters, self._one)
 
-    def _resist(self, element: Element, place: Number, rate: Number, unit: float, rest_unit: float) -> Number:
+    def _resist(self, element: Element, place: Number, rate: Number, unit: Number, rest_unit: Number) -> Number:
         """What an element resists with; its lengths or angles times `unit` are in m or rad."""
         size = self._read(element.size)
         if element.kind == "spring":
@@ -184,7 +190,7 @@ class Loading:
             return size * (place - rest) * unit
         amount = _not_negative(element.size, size)
         resistance = amount * self._sense if element.kind == "opposing" else amount * rate * self._speed * unit
-        self._loss = self._loss + resistance * rate * (unit / _METERS)
+        self._loss = self._loss + resistance * rate * (1.0 if unit is self._meters else float(1 / _METERS))
         return resistance
 
 
