@@ -122,7 +122,7 @@ def test_names_never_enter_the_text():
         }
     )
     mechanism = linkage.mechanism
-    for function in (mechanism.close, mechanism.fill, mechanism.disturbed_fill):
+    for function in (mechanism.precise_close, mechanism.fill, mechanism.disturbed_fill, mechanism.precise_fill):
         text = function.write()
         assert "define ptr @" in text
         assert "that_is_named" not in text

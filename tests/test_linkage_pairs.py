@@ -24,6 +24,7 @@ from explore.base.lanes.double_double import (
 )
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.linkages.graph import Graph
+from explore.mechanisms.linkages.programs import GREATEST_ROW, LEAST_ROW
 from explore.mechanisms.linkages.signals import find_quantities
 from explore.model.status import Status
 from explore.studies.request.requests import make_request
@@ -228,15 +229,47 @@ def test_a_design_does_not_depend_on_its_neighbours():
         assert {name: column[0] for name, column in alone.items()} == {name: c[k] for name, c in together.items()}
 
 
-def test_strokes_keep_the_bound_of_doubles():
-    """Their ends are where doubles find the reversals of the output."""
-    row = next(row for row in NEAR_LIMITS if row["linkage"] == "slider-crank" and row["margin"] == 1e-10)
-    for window, status in (("cycle", Status.OK), ("drive", Status.TOLERANCE_NOT_MET)):
-        found = explore.evaluate(
-            LINKAGES["slider-crank"], row["parameters"], metrics=["guide_velocity_variance"], window=window,
-            tolerance=1e-9,
-        )  # fmt: skip
-        assert found["status"].iloc[0] == status
+def test_strokes_beside_the_limit_are_within_their_bounds():
+    """Their ends, too, are where pairs find the reversals of the output."""
+    rows = [row for row in NEAR_LIMITS if "forward" in row]
+    signals = list(rows[0]["forward"])
+    designs = {key: np.array([row["parameters"][key] for row in rows]) for key in rows[0]["parameters"]}
+    metrics = [f"{signal}_{statistic}" for signal in signals for statistic in ("mean", "variance")]
+    made = make_request(LINKAGES["slider-crank"].mechanism, metrics=metrics, window="forward", tolerance=1e-9)
+    found = evaluate_columns(made, designs).columns
+    margins = np.array([row["margin"] for row in rows])
+    assert np.mean(found["status"][margins > 1e-11] == Status.OK) > 0.9
+    for k, row in enumerate(rows):
+        for signal in signals:
+            mean, variance = map(mpmath.mpf, row["forward"][signal])
+            square = mean * mean + variance
+            for statistic, exact, size in (("mean", mean, mpmath.sqrt(square)), ("variance", variance, square)):
+                error = abs(mpmath.mpf(float(found[f"{signal}_{statistic}"][k])) - exact) / size
+                assert error <= found["error"][k] <= 1e-8
+
+
+def test_the_time_ratio_keeps_its_digits():
+    """Between the reversals of a rod of a slider-crank, one of which is beside the limit."""
+    mechanism = LINKAGES["slider-crank"].mechanism.for_signals(["guide_velocity"], needs_stroke=True)
+    place = [metric.name for metric in mechanism.metrics].index("time_ratio")
+    numbers = {each.signal.name: each.number for each in find_quantities(trace(LINKAGES["slider-crank"]))}
+    for row in NEAR_LIMITS:
+        if row["linkage"] == "slider-crank" and row["margin"] == 1e-10:
+            design = columns(mechanism, {name: np.array([value]) for name, value in row["parameters"].items()})
+            plain, precise = (each.evaluate_closed_form(design) for each in (mechanism, mechanism.precise))
+            assert plain.metrics[place, 0] == pytest.approx(precise.metrics[place, 0], rel=1e-9)
+            angles = []
+            with mpmath.workdps(40):
+                for mark in (LEAST_ROW, GREATEST_ROW):
+                    angle = 2 * mpmath.atan(mpmath.mpf(precise.constants[mark, 0]))
+                    rate, slope = evaluate_graph(
+                        [numbers["guide_velocity"], numbers["guide_acceleration"]], row["parameters"], angle
+                    )
+                    assert abs(rate / slope) < 3e-16
+                    angles.append(angle - rate / slope)
+                apart = abs(angles[0] - angles[1])
+                longer, shorter = max(apart, 2 * mpmath.pi - apart), min(apart, 2 * mpmath.pi - apart)
+            assert precise.metrics[place, 0] == pytest.approx(float(longer / shorter), rel=1e-15)
 
 
 @pytest.mark.parametrize(

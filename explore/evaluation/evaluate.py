@@ -96,13 +96,14 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
 
     `parameters` has the metrics that are given with the designs, too. The columns are those of `output_columns`,
     without "design". Designs that miss the tolerance are evaluated once more by the precise functions of the mechanism,
-    if it has these and no window ends, or law changes, at marks, which have the digits of doubles only.
+    if it has these, also for marks that windows end at, and no law changes at marks.
     """
     _keep_freed_memory()
     evaluation = _evaluate(request, parameters)
     missed = np.flatnonzero(~(evaluation.columns["error"] <= request.tolerance))
-    has_marks = bool(request.breaks) or any(metric.window.needs_stroke for metric in request.sampled)
-    mechanism = None if has_marks or not len(missed) else request.kernel.precise
+    has_marks = any(metric.window.needs_stroke for metric in request.sampled)
+    is_rough = bool(request.breaks) or (has_marks and request.kernel.precise_close is None)
+    mechanism = None if is_rough or not len(missed) else request.kernel.precise
     if mechanism is None:
         return evaluation
     precise = replace(request, mechanism=mechanism, is_finest=True)

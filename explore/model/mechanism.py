@@ -73,6 +73,8 @@ class Mechanism(Declaration):
     precise_fill, disturbed_precise_fill
         The same with more digits, for designs that miss their tolerance by the rounding of `fill`; the second one
         disturbs half-tangents and the operations of the first as much as they are rounded. None where there are none.
+    precise_close
+        Like `close`, with the marks that windows end at to the last digit of doubles. None where there are no marks.
     integrals
         ``integrals(constants, starts, stops, out)`` fills mean, variance and bounds of their absolute errors for unit
         speed, the row ``out[(k * INTEGRALS + j) * LANES + lane]`` for each number k of `integrated_rows`, over the
@@ -89,6 +91,7 @@ class Mechanism(Declaration):
     close: Callable[..., None]
     fill: Callable[..., None]
     disturbed_fill: Callable[..., None] | None = None
+    precise_close: Callable[..., None] | None = None
     precise_fill: Callable[..., None] | None = None
     disturbed_precise_fill: Callable[..., None] | None = None
     integrals: Callable[..., None] | None = None
@@ -141,7 +144,8 @@ class Mechanism(Declaration):
         """The mechanism by its precise functions, for signals that it fills itself; None where it has none."""
         if self.precise_fill is None:
             return None
-        return replace(self, fill=self.precise_fill, disturbed_fill=self.disturbed_precise_fill)
+        close = self.precise_close or self.close
+        return replace(self, close=close, fill=self.precise_fill, disturbed_fill=self.disturbed_precise_fill)
 
     def with_points(self, points: tuple[str, ...]) -> Mechanism:
         """The mechanism with points of its floating link: their parameters, signals, panels, paths, and overall size.

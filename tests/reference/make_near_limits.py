@@ -2,7 +2,8 @@
 
 Run as ``PYTHONPATH=.:tests python tests/reference/make_near_limits.py``; it takes half an hour. Lengths are random, and
 halved towards the limit until doubles tell it no more, then moved away by the margin, a share of the way. Integrals
-are those of Gauss-Legendre rules of 24 nodes, on panels that halve towards the minima of all factors.
+are those of Gauss-Legendre rules of 24 nodes, on panels that halve towards the minima of all factors and the
+reversals of the output.
 """
 
 import json
@@ -12,9 +13,10 @@ from pathlib import Path
 
 import mpmath
 import numpy as np
-from linkage_cases import CASES, FOUR_BAR, evaluate_graph, linkage_of, trace, turns, values_of
+from linkage_cases import CASES, FOUR_BAR, columns, evaluate_graph, linkage_of, trace, turns, values_of
 
 from explore import Linkage
+from explore.mechanisms.linkages.programs import GREATEST_ROW, LEAST_ROW
 from explore.mechanisms.linkages.signals import find_quantities
 
 MARGINS = (1e-6, 1e-8, 1e-10, 1e-12)
@@ -39,6 +41,10 @@ LINKAGES = {
         6,
     ),
 }
+
+
+#: Rate of the output of linkages whose strokes are told, too.
+OUTPUTS = {"slider-crank": "guide_velocity"}
 
 
 def near_limits(mechanism, lengths, count, rng):
@@ -90,6 +96,20 @@ def minima_of_factors(equations, values):
     return sorted(places)
 
 
+def reversals(linkage, equations, values, rate):
+    """Angles of the output's least and greatest place, rad, the second one behind the first."""
+    kernel = linkage.mechanism.for_signals((), needs_stroke=True)
+    constants = kernel.constants(columns(kernel, {name: np.array([value]) for name, value in values.items()}))
+    roots = []
+    for row in (LEAST_ROW, GREATEST_ROW):
+        start = 2 * mpmath.atan(mpmath.mpf(constants[row, 0]))
+        ends = start - mpmath.mpf("1e-9"), start + mpmath.mpf("1e-9")
+        root = mpmath.findroot(lambda angle: evaluate_graph([rate], values, angle)[0], ends, tol=1e-50)
+        roots.append(root % (2 * mpmath.pi))
+    least, greatest = roots
+    return least, greatest if greatest > least else greatest + 2 * mpmath.pi
+
+
 def panels(places):
     """Ends of panels of a turn that halve towards places, rad."""
     turn = 2 * mpmath.pi
@@ -119,6 +139,27 @@ def largest(function, angles, values):
             d = a + ratio * (b - a)
             at_d = function(d)
     return max(values[k], at_c, at_d)
+
+
+def stroke(linkage, values, signals, output):
+    """Mean and variance of signals while the output moves from its least to its greatest place."""
+    equations = trace(linkage)
+    by_name = {each.signal.name: each.number for each in find_quantities(equations)}
+    least, greatest = reversals(linkage, equations, values, by_name[output])
+    turn = 2 * mpmath.pi
+    places = minima_of_factors(equations, values)
+    ends = panels(sorted({*places, least, greatest % turn}))
+    ends = sorted({end + k * turn for end in ends for k in (-1, 0, 1) if least <= end + k * turn <= greatest})
+    nodes, weights = gauss_legendre(24)
+    angles = [least, *((a + b) / 2 + (b - a) / 2 * x for a, b in pairwise(ends) for x in nodes), greatest]
+    shares = [0, *(w * (b - a) / 2 / (greatest - least) for a, b in pairwise(ends) for w in weights), 0]
+    result = {}
+    for name in signals:
+        column = [evaluate_graph([by_name[name]], values, angle)[0] for angle in angles]
+        mean = mpmath.fsum(map(mpmath.fmul, column, shares))
+        variance = mpmath.fsum((value - mean) ** 2 * share for value, share in zip(column, shares, strict=True))
+        result[name] = [mpmath.nstr(each, 25) for each in (mean, variance)]
+    return result
 
 
 def statistics(linkage, values, signals):
@@ -155,12 +196,15 @@ def main():
     rows = []
     for name, (linkage, lengths, signals, count) in LINKAGES.items():
         designs = near_limits(linkage.mechanism.for_signals(()), lengths, count, np.random.default_rng(17))
-        for margin, columns in designs.items():
+        for margin, chosen in designs.items():
             for k in range(count):
-                values = {parameter: float(column[k]) for parameter, column in columns.items()}
+                values = {parameter: float(column[k]) for parameter, column in chosen.items()}
                 of_signals, angle = statistics(linkage, values, signals)
-                rows.append({"linkage": name, "margin": margin, "parameters": values, "statistics": of_signals,
-                             "transmission_angle_min": angle})  # fmt: skip
+                row = {"linkage": name, "margin": margin, "parameters": values, "statistics": of_signals,
+                       "transmission_angle_min": angle}  # fmt: skip
+                if name in OUTPUTS:
+                    row["forward"] = stroke(linkage, values, signals, OUTPUTS[name])
+                rows.append(row)
     path = Path(__file__).parent / "near_limits.json"
     path.write_text("[\n" + ",\n".join(map(json.dumps, rows)) + "\n]\n")
 

@@ -173,6 +173,7 @@ def _declare(
         close=kernel.close,
         fill=kernel.fill,
         disturbed_fill=kernel.disturbed_fill,
+        precise_close=kernel.precise_close,
         precise_fill=kernel.precise_fill,
         disturbed_precise_fill=kernel.disturbed_precise_fill,
         statuses=declare_statuses(

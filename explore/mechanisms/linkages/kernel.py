@@ -15,6 +15,7 @@ from explore.mechanisms.linkages.graph import Number, Series
 from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.native_code import NativeFunction
 from explore.mechanisms.linkages.operations import OPERATE_SIGNATURE, operate
+from explore.mechanisms.linkages.pair_marks import MARKS_SIGNATURE, sharpen_marks
 from explore.mechanisms.linkages.pair_operations import PAIRS_SIGNATURE, fill_pairs
 from explore.mechanisms.linkages.pair_programs import knows_pairs, plan_pairs
 from explore.mechanisms.linkages.programs import Program, Rows
@@ -28,7 +29,7 @@ class Kernel:
 
     Attributes
     ----------
-    close, fill, disturbed_fill, precise_fill, disturbed_precise_fill
+    close, fill, disturbed_fill, precise_close, precise_fill, disturbed_precise_fill
         As `explore.model.mechanism.Mechanism` says.
     curve
         What `fill` gives of one design at one angle, from its constants; see `explore.mechanisms.targets`.
@@ -39,6 +40,7 @@ class Kernel:
     close: NativeFunction
     fill: NativeFunction
     disturbed_fill: NativeFunction
+    precise_close: NativeFunction | None
     precise_fill: NativeFunction | None
     disturbed_precise_fill: NativeFunction | None
     curve: NativeFunction
@@ -74,7 +76,7 @@ def make_kernel(
     """
     rows = Rows(equations.graph, links)
     rows.add(outputs)
-    rows.add_parameters(outputs)
+    rows.add_parameters([*outputs, *rate[:2]])
     status = rows.count
     functions = [*_functions(equations), *squares]
     of_nodes = {"check": _check_rows(equations, functions), "direct": _direction_rows(equations, links), "rate": rate}
@@ -95,9 +97,11 @@ def make_kernel(
     fill, whole = rows.of_angle("fill", outputs), rows.from_parameters("disturbed_fill", outputs)
     close = NativeFunction("close", CLOSE_SIGNATURE, closing.text, _addresses, closing.javascript)
     curve = NativeFunction(fill.name, CURVE_SIGNATURE, lambda: vector_code.HEAD + vector_code.curve_function(fill))
-    is_exact = not equations.graph.has_rounded_constants and knows_pairs(whole)
+    reversals = rows.from_parameters("precise_close", rate[:2])
+    is_exact = not equations.graph.has_rounded_constants and knows_pairs(whole) and knows_pairs(reversals)
     return Kernel(
         close, _fill_function(fill), _fill_function(whole, is_disturbed=True),
+        _close_precisely(closing, reversals) if is_exact and rate else None,
         _pairs_function("precise_fill", whole) if is_exact else None,
         _pairs_function("disturbed_precise_fill", whole, is_disturbed=True) if is_exact else None,
         curve, status,
@@ -177,6 +181,16 @@ def _fill_function(program: Program, *, is_disturbed: bool = False) -> NativeFun
     )
 
 
+def _close_precisely(closing: _Closing, reversals: Program) -> NativeFunction:
+    return NativeFunction(
+        reversals.name,
+        CLOSE_SIGNATURE,
+        lambda: closing.text() + vector_code.precise_close_function(plan_pairs(reversals), closing.sizes.interval + 2),
+        _addresses,
+        closing.javascript,
+    )
+
+
 def _pairs_function(name: str, program: Program, *, is_disturbed: bool = False) -> NativeFunction:
     return NativeFunction(
         name,
@@ -193,5 +207,6 @@ def _addresses(text: str) -> dict[str, int]:
         vector_code.CLOSE: (close_designs, CLOSING_SIGNATURE),
         vector_code.OPERATE: (operate, OPERATE_SIGNATURE),
         vector_code.FILL_PAIRS: (fill_pairs, PAIRS_SIGNATURE),
+        vector_code.SHARPEN: (sharpen_marks, MARKS_SIGNATURE),
     }
     return {name: address_of(*each) for name, each in functions.items() if f"call ptr @{name}(" in text}

@@ -61,11 +61,10 @@ class PairSizes(NamedTuple):
 
 
 _F1, _I1 = types.float64[::1], types.int64[::1]
+#: Type of sizes.
+PAIR_SIZES = types.NamedUniTuple(types.int64, len(PairSizes._fields), PairSizes)
 #: Type of `fill_pairs`.
-PAIRS_SIGNATURE = types.void(
-    _F1, _F1, types.int64, types.int64, _F1, types.NamedUniTuple(types.int64, len(PairSizes._fields), PairSizes),
-    _F1, _I1, types.int64,
-)  # fmt: skip
+PAIRS_SIGNATURE = types.void(_F1, _F1, types.int64, types.int64, _F1, PAIR_SIZES, _F1, _I1, types.int64)
 
 
 @compiled(PAIRS_SIGNATURE, allocates=True)

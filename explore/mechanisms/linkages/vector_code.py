@@ -35,8 +35,11 @@ OPERATE = "explore_linkage_operate"
 #: Symbol of `closing.close_designs`.
 CLOSE = "explore_linkage_close"
 
-#: Symbol of `pair_programs.fill_pairs`.
+#: Symbol of `pair_operations.fill_pairs`.
 FILL_PAIRS = "explore_linkage_fill_pairs"
+
+#: Symbol of `pair_marks.sharpen_marks`.
+SHARPEN = "explore_linkage_sharpen_marks"
 
 _SYMBOLS = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 _INTRINSICS = {"sqrt": "sqrt", "abs": "fabs", "max": "maximum", "maximum": "maximum", "minimum": "minimum"}
@@ -118,22 +121,40 @@ def close_function(sizes: Sizes, blocked: Sequence[float], functions: Sequence[s
 
 
 def pairs_function(name: str, plan: PairPlan, *, is_disturbed: bool) -> str:
-    """A function as `fill_function`, which calls `pair_programs.fill_pairs` with the tables of a program."""
+    """A function as `fill_function`, which calls `pair_operations.fill_pairs` with the tables of a program."""
     arguments = [
         *((_ARRAY, f"%{array}") for array in ("read", "tangents")),
         ("i64", "%anchor"),
         ("i64", "%count"),
         (_ARRAY, "%written"),
-        _whole_numbers(plan.sizes),
-        _array_of("literals", len(plan.literals)),
-        _array_of("integers", len(plan.integers)),
+        *_arguments_of(plan),
         ("i64", str(int(is_disturbed))),
     ]
     given = f"{_ARRAY} %read, {_ARRAY} %tangents, i64 %anchor, i64, i64, i64 %count, i64, {_ARRAY} %written"
-    numbers = ", ".join(f"i64 {number}" for number in plan.integers)
-    tables = f"@integers = private constant [{len(plan.integers)} x i64] [{numbers}]\n"
     text = f"define ptr @{name}({given}) {{\n{_call_and_return(FILL_PAIRS, arguments)}"
-    return f"{_table('literals', plan.literals)}{tables}{_declaration(FILL_PAIRS, arguments)}{text}"
+    return f"{_tables(plan)}{_declaration(FILL_PAIRS, arguments)}{text}"
+
+
+def precise_close_function(plan: PairPlan, ratio_row: int) -> str:
+    """A function of a record, which calls the one of `close_function` and then `pair_marks.sharpen_marks`."""
+    arguments = [(_ARRAY, "%record"), ("i64", str(ratio_row)), *_arguments_of(plan)]
+    text = f"define ptr @precise_close({_ARRAY} %record) {{\n  %closed = call ptr @close({_ARRAY} %record)\n"
+    return f"{_tables(plan)}{_declaration(SHARPEN, arguments)}{text}{_call_and_return(SHARPEN, arguments)}"
+
+
+def _arguments_of(plan: PairPlan) -> list[tuple[str, str]]:
+    """Types and values of the arguments that are the tables of a program."""
+    return [
+        _whole_numbers(plan.sizes),
+        _array_of("literals", len(plan.literals)),
+        _array_of("integers", len(plan.integers)),
+    ]
+
+
+def _tables(plan: PairPlan) -> str:
+    """The constant arrays of a program."""
+    numbers = ", ".join(f"i64 {number}" for number in plan.integers)
+    return f"{_table('literals', plan.literals)}@integers = private constant [{len(plan.integers)} x i64] [{numbers}]\n"
 
 
 def _whole_numbers(numbers: Sequence[int]) -> tuple[str, str]:
