@@ -28,12 +28,12 @@ def derive(
     inputs: Arrays,
     values: Mapping[str, FloatArray],
     errors: Mapping[str, FloatArray],
-    tolerance: float,
+    tolerance: FloatArray | float,
 ) -> tuple[dict[str, FloatArray], FloatArray]:
     """The derived metrics of n designs by name, and the largest of their relative error bounds, each of shape (n,).
 
     `inputs` are all parameters, `values` the closed-form and sampled metrics, `errors` bounds of the absolute errors of
-    the sampled ones, `tolerance` their largest relative error.
+    the sampled ones, `tolerance` what no relative bound of a design exceeds.
     """
     derivation = Derivation(inputs, values, errors, tolerance)
     metrics: dict[str, FloatArray] = {}
@@ -54,7 +54,7 @@ class Derivation:
     inputs: Arrays
     values: Mapping[str, FloatArray]
     errors: Mapping[str, FloatArray]
-    tolerance: float
+    tolerance: FloatArray | float
     _evaluated: dict[str, Bounded] = field(default_factory=dict)
 
     def evaluate(self, metric: DerivedMetric) -> Bounded:

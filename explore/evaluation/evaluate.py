@@ -128,7 +128,8 @@ def _evaluate(request: Request, parameters: Arrays) -> Evaluation:
     values |= given
     _remove_forces_without_load(request, inputs, values)
     if request.derived:
-        derived, bound = derive(request, usable_inputs, values, errors, statistics_tolerance(request))
+        reached = np.maximum(error, statistics_tolerance(request))
+        derived, bound = derive(request, usable_inputs, values, errors, reached)
         values |= derived
         error = np.maximum(error, bound)
         status[(status == Status.OK) & (error > request.tolerance)] = Status.TOLERANCE_NOT_MET
