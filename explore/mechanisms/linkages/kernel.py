@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, address_of
-from explore.mechanisms.linkages import page_code, statuses, vector_code
+from explore.mechanisms.linkages import calling_code, page_code, statuses, vector_code
 from explore.mechanisms.linkages.closing import CLOSING_SIGNATURE, Sizes, close_designs
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number, Series
@@ -153,7 +153,7 @@ class _Closing:
         return "".join([
             vector_code.HEAD, vector_code.design_function(self.design),
             *map(vector_code.node_function, self.of_nodes.values()),
-            vector_code.close_function(self.sizes, self.blocked, ["design", *_present(self.of_nodes)]),
+            calling_code.close_function(self.sizes, self.blocked, ["design", *_present(self.of_nodes)]),
         ])  # fmt: skip
 
     def javascript(self, name: str, word_of: Callable[[Any], str]) -> str:
@@ -185,9 +185,8 @@ def _close_precisely(closing: _Closing, reversals: Program) -> NativeFunction:
     return NativeFunction(
         reversals.name,
         CLOSE_SIGNATURE,
-        lambda: closing.text() + vector_code.precise_close_function(plan_pairs(reversals), closing.sizes.interval + 2),
+        lambda: closing.text() + calling_code.precise_close_function(plan_pairs(reversals), closing.sizes.interval + 2),
         _addresses,
-        closing.javascript,
     )
 
 
@@ -195,18 +194,17 @@ def _pairs_function(name: str, program: Program, *, is_disturbed: bool = False) 
     return NativeFunction(
         name,
         FILL_SIGNATURE,
-        lambda: vector_code.pairs_function(name, plan_pairs(program), is_disturbed=is_disturbed),
+        lambda: calling_code.pairs_function(name, plan_pairs(program), is_disturbed=is_disturbed),
         _addresses,
-        lambda name, word_of: page_code.fill_function(name, program, word_of),
     )
 
 
 def _addresses(text: str) -> dict[str, int]:
     """The addresses of those functions of the package that a text calls."""
     functions = {
-        vector_code.CLOSE: (close_designs, CLOSING_SIGNATURE),
+        calling_code.CLOSE: (close_designs, CLOSING_SIGNATURE),
         vector_code.OPERATE: (operate, OPERATE_SIGNATURE),
-        vector_code.FILL_PAIRS: (fill_pairs, PAIRS_SIGNATURE),
-        vector_code.SHARPEN: (sharpen_marks, MARKS_SIGNATURE),
+        calling_code.FILL_PAIRS: (fill_pairs, PAIRS_SIGNATURE),
+        calling_code.SHARPEN: (sharpen_marks, MARKS_SIGNATURE),
     }
     return {name: address_of(*each) for name, each in functions.items() if f"call ptr @{name}(" in text}

@@ -4,21 +4,16 @@ A function has Numba's calling convention of C: arrays are passed as their struc
 """
 
 import struct
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 from explore.base.compiling import LANES
 from explore.base.lanes.disturbance import FACTORS, PERIOD, STEP
 from explore.base.lanes.elementary import exact_sum
-from explore.mechanisms.linkages.closing import Sizes
 from explore.mechanisms.linkages.operations import CODES
-from explore.mechanisms.linkages.pair_programs import PairPlan
 from explore.mechanisms.linkages.programs import EXACT, Operation, Program
 
 #: Numba's structure of an array.
-_ARRAY = "{ptr, ptr, i64, i64, ptr, [1 x i64], [1 x i64]}"
-
-#: Numba's structure of a function.
-_FUNCTION = "{ptr, ptr, ptr}"
+ARRAY = "{ptr, ptr, i64, i64, ptr, [1 x i64], [1 x i64]}"
 
 #: Type of a row of LANES designs.
 _VECTOR = f"<{LANES} x double>"
@@ -31,15 +26,6 @@ _SLOTS = ("first.operand", "second.operand", "of.operands")
 
 #: Symbol of `operations.operate`.
 OPERATE = "explore_linkage_operate"
-
-#: Symbol of `closing.close_designs`.
-CLOSE = "explore_linkage_close"
-
-#: Symbol of `pair_operations.fill_pairs`.
-FILL_PAIRS = "explore_linkage_fill_pairs"
-
-#: Symbol of `pair_marks.sharpen_marks`.
-SHARPEN = "explore_linkage_sharpen_marks"
 
 _SYMBOLS = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 _INTRINSICS = {"sqrt": "sqrt", "abs": "fabs", "max": "maximum", "maximum": "maximum", "minimum": "minimum"}
@@ -105,80 +91,10 @@ def fill_function(program: Program, *, is_disturbed: bool) -> str:
     function = _function(
         program.name, ("read", "tangents", *numbers, "all.written"), _scratch(program) + anchor + loop
     )  # fmt: skip
-    return (_table("factors", FACTORS) if is_disturbed else "") + function
+    return (table("factors", FACTORS) if is_disturbed else "") + function
 
 
-def close_function(sizes: Sizes, blocked: Sequence[float], functions: Sequence[str]) -> str:
-    """A function of a record, which calls `closing.close_designs` with these arguments; "" stands for no function."""
-    arguments = [
-        (_ARRAY, "%record"),
-        _whole_numbers(sizes),
-        _array_of("blocked", len(blocked)),
-        *((_FUNCTION, f"{{ptr {f'@{name}' if name else 'null'}, ptr null, ptr null}}") for name in functions),
-    ]
-    text = f"define ptr @close({_ARRAY} %record) {{\n{_call_and_return(CLOSE, arguments)}"
-    return f"{_table('blocked', blocked)}{_declaration(CLOSE, arguments)}{text}"
-
-
-def pairs_function(name: str, plan: PairPlan, *, is_disturbed: bool) -> str:
-    """A function as `fill_function`, which calls `pair_operations.fill_pairs` with the tables of a program."""
-    arguments = [
-        *((_ARRAY, f"%{array}") for array in ("read", "tangents")),
-        ("i64", "%anchor"),
-        ("i64", "%count"),
-        (_ARRAY, "%written"),
-        *_arguments_of(plan),
-        ("i64", str(int(is_disturbed))),
-    ]
-    given = f"{_ARRAY} %read, {_ARRAY} %tangents, i64 %anchor, i64, i64, i64 %count, i64, {_ARRAY} %written"
-    text = f"define ptr @{name}({given}) {{\n{_call_and_return(FILL_PAIRS, arguments)}"
-    return f"{_tables(plan)}{_declaration(FILL_PAIRS, arguments)}{text}"
-
-
-def precise_close_function(plan: PairPlan, ratio_row: int) -> str:
-    """A function of a record, which calls the one of `close_function` and then `pair_marks.sharpen_marks`."""
-    arguments = [(_ARRAY, "%record"), ("i64", str(ratio_row)), *_arguments_of(plan)]
-    text = f"define ptr @precise_close({_ARRAY} %record) {{\n  %closed = call ptr @close({_ARRAY} %record)\n"
-    return f"{_tables(plan)}{_declaration(SHARPEN, arguments)}{text}{_call_and_return(SHARPEN, arguments)}"
-
-
-def _arguments_of(plan: PairPlan) -> list[tuple[str, str]]:
-    """Types and values of the arguments that are the tables of a program."""
-    return [
-        _whole_numbers(plan.sizes),
-        _array_of("literals", len(plan.literals)),
-        _array_of("integers", len(plan.integers)),
-    ]
-
-
-def _tables(plan: PairPlan) -> str:
-    """The constant arrays of a program."""
-    numbers = ", ".join(f"i64 {number}" for number in plan.integers)
-    return f"{_table('literals', plan.literals)}@integers = private constant [{len(plan.integers)} x i64] [{numbers}]\n"
-
-
-def _whole_numbers(numbers: Sequence[int]) -> tuple[str, str]:
-    """Type and value of an argument with so many integers."""
-    return f"[{len(numbers)} x i64]", f"[{', '.join(f'i64 {number}' for number in numbers)}]"
-
-
-def _array_of(name: str, count: int) -> tuple[str, str]:
-    """Type and value of an argument that is a constant array."""
-    shape = f"i64 {count}, i64 8, ptr @{name}, [1 x i64] [i64 {count}], [1 x i64] [i64 8]"
-    return _ARRAY, f"{{ptr null, ptr null, {shape}}}"
-
-
-def _declaration(symbol: str, arguments: Sequence[tuple[str, str]]) -> str:
-    return f"declare ptr @{symbol}({', '.join(kind for kind, _ in arguments)})\n"
-
-
-def _call_and_return(symbol: str, arguments: Sequence[tuple[str, str]]) -> str:
-    """The body of a function that only calls another."""
-    given = ", ".join(f"{kind} {value}" for kind, value in arguments)
-    return f"  %null = call ptr @{symbol}({given})\n  ret ptr null\n}}\n"
-
-
-def _table(name: str, values: Iterable[float]) -> str:
+def table(name: str, values: Iterable[float]) -> str:
     """A constant array."""
     numbers = [f"double {_hex(value)}" for value in values]
     return f"@{name} = private constant [{len(numbers)} x double] [{', '.join(numbers)}]\n"
@@ -188,10 +104,10 @@ def _function(name: str, arguments: Iterable[str], text: str) -> str:
     """A function of arrays, of integers (names that end with a colon) and of numbers (with a period)."""
     kinds = {":": "i64", ".": "double"}
     declared = [
-        f"{kinds[each[-1]]} %{each[:-1]}" if each[-1] in kinds else f"{_ARRAY} %{each}.array" for each in arguments
+        f"{kinds[each[-1]]} %{each[:-1]}" if each[-1] in kinds else f"{ARRAY} %{each}.array" for each in arguments
     ]
     arrays = [each for each in arguments if each[-1] not in kinds]
-    pointers = "".join(f"  %{each} = extractvalue {_ARRAY} %{each}.array, 4\n" for each in arrays)
+    pointers = "".join(f"  %{each} = extractvalue {ARRAY} %{each}.array, 4\n" for each in arrays)
     return f"define ptr @{name}({', '.join(declared)}) nounwind {{\nentry:\n{pointers}{text}  ret ptr null\n}}\n\n"
 
 
