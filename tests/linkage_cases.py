@@ -98,10 +98,14 @@ def trace(linkage):
     return Equations(linkage.table, find_steps(linkage.table))
 
 
-def evaluate_graph(numbers, parameters, angle):
-    """Numbers of a graph with the digits of mpmath; `angle` in rad."""
+#: Functions of `evaluate_graph` with the digits of mpmath.
+MPMATH = {"number": mpmath.mpf, "cos": mpmath.cos, "sin": mpmath.sin, "sqrt": mpmath.sqrt, "arctangent": mpmath.atan2}
+
+
+def evaluate_graph(numbers, parameters, angle, functions=MPMATH):
+    """Numbers of a graph by functions of numbers, or of arrays; `angle` in rad."""
     graph = numbers[0].graph
-    cosine, sine = mpmath.cos(angle), mpmath.sin(angle)
+    cosine, sine = functions["cos"](angle), functions["sin"](angle)
     inputs = {"@cos": cosine, "@sin": sine}
     inputs |= {f"@versine{k}": 1 - part for k, part in enumerate((cosine, sine, -cosine, -sine))}
     done = {}
@@ -110,11 +114,11 @@ def evaluate_graph(numbers, parameters, angle):
         values = [done[each] for each in operands(graph.nodes[k])]
         match operation:
             case "constant":
-                done[k] = mpmath.mpf(rest[0]) + rest[1]
+                done[k] = functions["number"](rest[0]) + rest[1]
             case "input":
-                done[k] = inputs[rest[0]] if rest[0] in inputs else mpmath.mpf(parameters[rest[0]])
+                done[k] = inputs[rest[0]] if rest[0] in inputs else functions["number"](parameters[rest[0]])
             case "add" | "exact_sum":
-                done[k] = mpmath.fsum(values)
+                done[k] = sum(values)
             case "sub":
                 done[k] = values[0] - values[1]
             case "mul":
@@ -123,14 +127,12 @@ def evaluate_graph(numbers, parameters, angle):
                 done[k] = values[0] / values[1]
             case "neg":
                 done[k] = -values[0]
-            case "sqrt":
-                done[k] = mpmath.sqrt(values[0])
+            case "sqrt" | "arctangent":
+                done[k] = functions[operation](*values)
             case "abs":
                 done[k] = abs(values[0])
             case "max":
                 done[k] = max(values)
-            case "arctangent":
-                done[k] = mpmath.atan2(values[0], values[1])
             case _:  # of degrees
                 done[k] = mpmath.mpf(evaluate_function(operation, *map(float, values)))
     return [done[number.index] for number in numbers]

@@ -217,6 +217,18 @@ def test_workers_in_other_processes_get_the_table(tmp_path):
     assert own.equals(theirs)
 
 
+def test_a_folder_for_a_process_alone_goes_with_it(tmp_path):
+    """Where no cache can be had: its place is a file."""
+    temporary, taken = tmp_path / "temporary", tmp_path / "taken"
+    temporary.mkdir()
+    taken.touch()
+    script = "from explore.mechanisms.linkages import native_code; print(native_code._folder().is_dir())"
+    environment = {**os.environ, "XDG_CACHE_HOME": str(taken), "TMPDIR": str(temporary)}
+    run = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
+    assert run.stdout == "True\n"
+    assert list(temporary.iterdir()) == []
+
+
 def test_two_processes_fill_the_cache_at_once(tmp_path):
     """Both compile the same linkage from an empty cache, and give the same number."""
     script = textwrap.dedent("""

@@ -7,6 +7,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 from command_line import run
+from linkage_cases import FOUR_BAR
 
 import explore
 from explore.base.errors import MotionError, RequestError
@@ -14,14 +15,8 @@ from explore.figures.charts.mechanism import mechanism_chart
 from explore.figures.charts.motion import motion_chart
 from explore.studies.linkages.content import content_of
 
-#: A four-bar; with a crank of 55 mm and more it is blocked beyond some angles.
-FOUR_BAR = {
-    "driver": "crank",
-    "output": "rocker",
-    "frame": {"A": [0, 0], "D": [100, 0]},
-    "links": {"crank": {"A": 0, "B": "a"}, "coupler": {"B": 0, "C": 80}, "rocker": {"D": 0, "C": 50}},
-    "branch": {"C": "left of B D"},
-}
+#: Lengths of a four-bar but for its crank; with one of 55 mm and more it is blocked beyond some angles.
+LENGTHS = {"r2": 80.0, "r3": 50.0, "r4": 100.0}
 LIMITED = FOUR_BAR | {"range": [-50, 50]}
 STUDY = """\
 mechanism = "linkage"
@@ -31,17 +26,20 @@ driver = "crank"
 output = "rocker"
 range = [-50, 50]
 [linkage.frame]
-A = [0, 0]
-D = [100, 0]
+O = [0, 0]
+C = ["r4", 0]
 [linkage.links]
-crank = { A = 0, B = "a" }
-coupler = { B = 0, C = 80 }
-rocker = { D = 0, C = 50 }
+crank = { O = 0, A = "r1" }
+coupler = { A = 0, B = "r2" }
+rocker = { C = 0, B = "r3" }
 [linkage.branch]
-C = "left of B D"
+B = "left of A C"
 
 [parameters]
-a = [60, 72]
+r1 = [60, 72]
+r2 = 80
+r3 = 50
+r4 = 100
 speed = "60 rpm"
 
 [evaluate]
@@ -57,13 +55,13 @@ STATISTICS = ("mean", "variance", "min", "max", "rms")
 
 
 def metrics(window):
-    signals = ("rocker_angle", "rocker_velocity", "C_velocity_x")
+    signals = ("rocker_angle", "rocker_velocity", "B_velocity_x")
     return [f"{signal}_{statistic}{window}" for signal in signals for statistic in STATISTICS]
 
 
 def test_a_range_is_the_interval_of_the_linkage_that_turns():
     """To the last bit, also for a crank that is blocked beyond the range."""
-    design = {"a": [30.0, 40.0, 55.0, 60.0]}
+    design = LENGTHS | {"r1": [30.0, 40.0, 55.0, 60.0]}
     limited = explore.evaluate(explore.Linkage(LIMITED), design, metrics=metrics("_range"))
     turning = explore.evaluate(explore.Linkage(FOUR_BAR), design, metrics=metrics(""), window={"from": -50, "to": 50})
     for name in metrics(""):
@@ -73,43 +71,45 @@ def test_a_range_is_the_interval_of_the_linkage_that_turns():
 
 
 def test_a_part_of_a_range_is_an_interval_at_any_turn():
-    linkage, design = explore.Linkage(LIMITED), {"a": [40.0, 72.0]}
+    linkage, design = explore.Linkage(LIMITED), LENGTHS | {"r1": [40.0, 72.0]}
     here, there = (
         explore.evaluate(linkage, design, metrics=metrics(""), window={"from": start, "to": start + 30})
         for start in (-40, 320)
     )
     np.testing.assert_array_equal(here.to_numpy(), there.to_numpy())
-    motion = explore.simulate(linkage, {"a": 40.0}, angles=np.linspace(-40, -10, 3001))["rocker_angle"]
+    motion = explore.simulate(linkage, LENGTHS | {"r1": 40.0}, angles=np.linspace(-40, -10, 3001))["rocker_angle"]
     assert here["rocker_angle_max"][0] == pytest.approx(motion.max(), rel=1e-12)
-    row = explore.evaluate(linkage, {"a": 72.0}, metrics=["rocker_angle_max"], window={"from": -20, "to": 20})
-    assert row.attrs["labels"]["status"][row["status"][0]] == "crank_blocked_at_C"
+    row = explore.evaluate(
+        linkage, LENGTHS | {"r1": 72.0}, metrics=["rocker_angle_max"], window={"from": -20, "to": 20}
+    )
+    assert row.attrs["labels"]["status"][row["status"][0]] == "crank_blocked_at_B"
     with pytest.raises(RequestError, match="from -20 to 60 deg leaves the range of the linkage, -50 to 50 deg"):
         explore.evaluate(linkage, design, metrics=["rocker_angle_max"], window={"from": -20, "to": 60})
 
 
 def test_metrics_of_the_turn_are_those_of_the_range_and_none_is_of_strokes():
     linkage = explore.Linkage(LIMITED)
-    row = explore.evaluate(linkage, {"a": 40.0}, metrics=["swing_angle", "transmission_angle_min"])
-    motion = explore.simulate(linkage, {"a": 40.0}, angles=100_001)
+    row = explore.evaluate(linkage, LENGTHS | {"r1": 40.0}, metrics=["swing_angle", "transmission_angle_min"])
+    motion = explore.simulate(linkage, LENGTHS | {"r1": 40.0}, angles=100_001)
     assert row["swing_angle"][0] == pytest.approx(np.ptp(motion["rocker_angle"]), rel=1e-9)
-    assert row["transmission_angle_min"][0] == pytest.approx(motion["C_transmission_angle"].min(), rel=1e-9)
+    assert row["transmission_angle_min"][0] == pytest.approx(motion["B_transmission_angle"].min(), rel=1e-9)
     for name in ("time_ratio", "assembly_intervals", "rocker_velocity_mean_drive"):
         with pytest.raises(RequestError):
-            explore.evaluate(linkage, {"a": 40.0}, metrics=[name])
+            explore.evaluate(linkage, LENGTHS | {"r1": 40.0}, metrics=[name])
 
 
 def test_a_motion_is_of_angles_of_the_range():
     linkage = explore.Linkage(LIMITED)
-    motion = explore.simulate(linkage, {"a": 40.0}, angles=5)
+    motion = explore.simulate(linkage, LENGTHS | {"r1": 40.0}, angles=5)
     assert motion.index.tolist() == [-50.0, -25.0, 0.0, 25.0, 50.0]
-    turned = explore.simulate(linkage, {"a": 40.0}, angles=[310.0, 335.0])
+    turned = explore.simulate(linkage, LENGTHS | {"r1": 40.0}, angles=[310.0, 335.0])
     np.testing.assert_array_equal(turned.to_numpy(), motion[:2].to_numpy())
     with pytest.raises(MotionError, match="60 deg is outside the range of the crank, -50 to 50 deg"):
-        explore.simulate(linkage, {"a": 40.0}, angles=[0, 60])
+        explore.simulate(linkage, LENGTHS | {"r1": 40.0}, angles=[0, 60])
     with pytest.raises(MotionError, match="no motion over its range to simulate: the crank cannot move over its range"):
-        explore.simulate(linkage, {"a": 72.0})
+        explore.simulate(linkage, LENGTHS | {"r1": 72.0})
     # A blocked crank has a motion at angles of the range at which the linkage assembles, its end too.
-    assert np.isfinite(explore.simulate(linkage, {"a": 72.0}, angles=[50])["rocker_angle"]).all()
+    assert np.isfinite(explore.simulate(linkage, LENGTHS | {"r1": 72.0}, angles=[50])["rocker_angle"]).all()
 
 
 def test_a_range_is_in_the_table_and_what_it_is_written_as():
@@ -122,7 +122,7 @@ def test_a_range_is_in_the_table_and_what_it_is_written_as():
 
 def test_results_of_before_there_were_ranges_are_of_the_same_mechanism():
     """Their files name it by the hash of its table, which an edition without ranges made."""
-    assert explore.Linkage(FOUR_BAR).mechanism.name == "linkage-5e7c47020c2d"
+    assert explore.Linkage(FOUR_BAR).mechanism.name == "linkage-63d0a0601071"
 
 
 @pytest.fixture(scope="module", params=["range", "interval"])
@@ -183,8 +183,8 @@ def test_the_path_of_an_export_ends_where_the_joint_does(results):
     assert not path.closed
     ends = np.array([path.control_points[0][:2], path.control_points[-1][:2]])
     with_range = explore.Linkage(LIMITED)
-    motion = explore.simulate(with_range, {"a": 60.0}, angles=[-50, 50])
-    np.testing.assert_allclose(ends, motion[["C_x", "C_y"]], atol=1e-9)
+    motion = explore.simulate(with_range, LENGTHS | {"r1": 60.0}, angles=[-50, 50])
+    np.testing.assert_allclose(ends, motion[["B_x", "B_y"]], atol=1e-9)
 
 
 def test_an_animation_goes_to_and_fro(results):

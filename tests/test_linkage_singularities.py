@@ -4,12 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from linkage_cases import CASES, columns, linkage_of, scattered, trace, turns
+from linkage_cases import CASES, columns, evaluate_graph, linkage_of, scattered, trace, trammel, turns
 
-from explore import Linkage
 from explore.base.compiling import LANES
 from explore.mechanisms.linkages.cells import NODES
-from explore.mechanisms.linkages.graph import operands
 from explore.mechanisms.linkages.phases import place_phase, slope_by_phase
 from explore.mechanisms.linkages.singularities import WORK_ROWS, locate
 from explore.mechanisms.linkages.turning import TURNS
@@ -132,42 +130,16 @@ def test_functions_without_near_zeros_do_not_count():
     assert far == pytest.approx(RELIED * math.tanh(1.2), rel=1e-12)
 
 
-def _values(numbers, parameters, angles):
-    """Numbers of a graph at complex angles, continued from the real ones, the first of the first axis."""
-    graph = numbers[0].graph
-    cosine, sine = np.cos(angles), np.sin(angles)
-    inputs = {"@cos": cosine, "@sin": sine, "@versine1": 1 - sine, "@versine3": 1 + sine}
-    inputs |= {"@versine0": 2 * np.sin(0.5 * angles) ** 2, "@versine2": 2 * np.cos(0.5 * angles) ** 2}
-    done = {}
-    for k in graph.needed(numbers):
-        operation, *rest = graph.nodes[k]
-        values = [done[each] for each in operands(graph.nodes[k])]
-        match operation:
-            case "constant":
-                done[k] = rest[0]
-            case "input":
-                done[k] = inputs[rest[0]] if rest[0] in inputs else parameters[rest[0]]
-            case "add" | "exact_sum":
-                done[k] = sum(values)
-            case "sub":
-                done[k] = values[0] - values[1]
-            case "mul":
-                done[k] = values[0] * values[1]
-            case "div":
-                done[k] = values[0] / values[1]
-            case "neg":
-                done[k] = -values[0]
-            case "sqrt":
-                root = np.sqrt(values[0])
-                if np.ndim(root):
-                    flips = np.where((root[1:] / root[:-1]).real < 0.0, -1.0, 1.0)
-                    root[1:] *= np.cumprod(flips, axis=0)
-                done[k] = root
-            case "abs" if not np.ndim(values[0]):
-                done[k] = abs(values[0])
-            case _:
-                raise NotImplementedError(operation)
-    return [np.broadcast_to(done[number.index], angles.shape) for number in numbers]
+def _continued_root(values):
+    """The root, continued along the first axis where it is there."""
+    root = np.sqrt(values)
+    if np.ndim(root):
+        root[1:] *= np.cumprod(np.where((root[1:] / root[:-1]).real < 0.0, -1.0, 1.0), axis=0)
+    return root
+
+
+#: Functions of a graph at complex angles, continued from the real ones, the first of the first axis.
+COMPLEX = {"number": float, "cos": np.cos, "sin": np.sin, "sqrt": _continued_root}
 
 
 def _lowest_zero(linkage, parameters, height):
@@ -176,7 +148,8 @@ def _lowest_zero(linkage, parameters, height):
     functions = [each.terms[0] for each in (*(factor.value for factor in equations.factors), *equations.squares)]
     angles = np.linspace(0.0, 2.0 * math.pi, 240, endpoint=False) + 1j * np.linspace(0.0, height, 101)[:, None]
     heights = [height]
-    for values in _values(functions, parameters, angles):
+    for values in evaluate_graph(functions, parameters, angles, COMPLEX):
+        values = np.broadcast_to(values, angles.shape)
         turned = np.angle(np.roll(values, -1, axis=1) / values).sum(axis=1)
         (above,) = np.nonzero(np.abs(turned) > 1.0)
         heights += [height * above[0] / 100.0] if len(above) else []
@@ -205,19 +178,13 @@ def test_the_nearest_singularity_of_a_design_is_not_taken_too_far(name):
 
 
 #: A trammel with two dyads about its middle: all functions repeat after half a turn, and some have four zeros.
-TRAMMEL = {
-    "driver": "bar",
-    "frame": {"O": [0, 0]},
-    "links": {
+TRAMMEL = trammel(
+    links={
         "bar": {"P": 0, "Q": "l", "M": ["m", 0]}, "arm": {"M": 0, "E": "a"},
         "rocker": {"O": 0, "E": "b", "F": ["b2", "b3"]}, "second": {"F": 0, "G": "e"}, "third": {"M": 0, "G": "g"},
     },
-    "slots": {
-        "side": {"pin": "P", "link": "frame", "along": ["O", [1, 0]]},
-        "up": {"pin": "Q", "link": "frame", "along": ["O", [0, 1]]},
-    },
-    "branch": {"E": "left of M O", "G": "left of F M"},
-}  # fmt: skip
+    branch={"E": "left of M O", "G": "left of F M"},
+)  # fmt: skip
 #: Least and largest values of its parameters.
 BOUNDS = {"l": (80, 120), "m": (20, 60), "a": (60, 160), "b": (60, 160), "b2": (20, 80), "b3": (-50, 50),
           "e": (50, 150), "g": (50, 150)}  # fmt: skip
@@ -228,4 +195,4 @@ def test_nor_is_that_of_a_linkage_whose_functions_repeat_after_half_a_turn(count
     """One of the first 20 would be 19 % too far by coefficients one order apart alone."""
     rng = np.random.default_rng(15)
     designs = {name: rng.uniform(low, high, 40 * count) for name, (low, high) in BOUNDS.items()}
-    assert _far_shares(Linkage(TRAMMEL), designs, count).max() <= 1.02
+    assert _far_shares(TRAMMEL, designs, count).max() <= 1.02

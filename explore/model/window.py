@@ -4,6 +4,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
 
+#: Full turn, deg.
+_TURN = 360
+
 
 @dataclass(frozen=True)
 class Window:
@@ -42,3 +45,10 @@ class Window:
     def length(self) -> Fraction:
         """Length of an interval, deg, exact."""
         return self.stop - self.start
+
+    def turns_into(self, first: Fraction | float, last: Fraction | float) -> int | None:
+        """Whole turns, deg, that bring input angles into this interval, but for their rounding; None if none do."""
+        for turn in (0, -_TURN, _TURN):
+            if float(self.start) <= float(first + turn) and float(last + turn) <= float(self.stop):
+                return turn
+        return None

@@ -39,11 +39,11 @@ def motion_interval(mechanism: Mechanism, columns: Arrays, input_angle: FloatArr
     whole = (float(limits.start), float(limits.stop)) if limits else (0.0, _TURN)
     least, greatest = whole if input_angle is None else (float(input_angle.min()), float(input_angle.max()))
     if limits:
-        turns = [turn for turn in (0.0, -_TURN, _TURN) if whole[0] <= least + turn and greatest + turn <= whole[1]]
-        if not turns:
+        turn = limits.turns_into(least, greatest)
+        if turn is None:
             outside = least if least < whole[0] else greatest
             raise MotionError(f"{outside:g} deg is outside the range of the crank, {whole[0]:g} to {whole[1]:g} deg")
-        least, greatest = least + turns[0], greatest + turns[0]
+        least, greatest = least + turn, greatest + turn
     sentence = _whole_motion_lacks(mechanism, columns)
     if sentence is None:
         return None

@@ -4,7 +4,9 @@ A file of the cache has a checksum before the code, and its name is a digest of 
 was translated for. The cache is a folder of the user's own; one that others can write is not used.
 """
 
+import atexit
 import os
+import shutil
 import stat
 import tempfile
 from collections.abc import Callable, Mapping
@@ -140,4 +142,6 @@ def _folder() -> Path:
             return folder
     except (OSError, RuntimeError):
         pass
-    return Path(tempfile.mkdtemp(prefix="explore-linkages-"))
+    folder = Path(tempfile.mkdtemp(prefix="explore-linkages-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder

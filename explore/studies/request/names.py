@@ -117,10 +117,10 @@ def _interval(mechanism: Mechanism, bounds: Mapping[str, object]) -> Window:
 
 def _within(limits: Window, interval: Window) -> Window:
     """An interval less the whole turns by which it lies beside a range of input angles, in which it must lie."""
-    for turns in (0, -_TURN, _TURN):
-        moved = replace(interval, start=interval.start + turns, stop=interval.stop + turns)
-        if limits.start <= moved.start and moved.stop <= limits.stop:
-            return limits if moved.length == limits.length else moved
+    turn = limits.turns_into(interval.start, interval.stop)
+    if turn is not None:
+        moved = replace(interval, start=interval.start + turn, stop=interval.stop + turn)
+        return limits if moved.length == limits.length else moved
     ends = [f"{float(end):.17g}" for end in (interval.start, interval.stop, limits.start, limits.stop)]
     raise RequestError("the interval from {} to {} deg leaves the range of the linkage, {} to {} deg".format(*ends))
 
