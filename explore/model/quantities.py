@@ -193,6 +193,8 @@ class Metric(Quantity):
         empty for none. `check_mechanism` compares it with the signal.
     needs_stroke
         Whether the metric exists only where the output rocks.
+    is_partial
+        Whether designs whose status is 'ok' may lack it, as a place of something that they need not have.
     """
 
     sense: Sense | None = None
@@ -202,6 +204,7 @@ class Metric(Quantity):
     worst_of: str = ""
     closed_form_of: str = ""
     needs_stroke: bool = False
+    is_partial: bool = False
 
 
 @dataclass(frozen=True)

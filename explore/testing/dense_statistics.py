@@ -49,8 +49,8 @@ _SLOPE = np.array([np.append(legendre.legder(row), 0.0) for row in np.eye(_NODES
 _REFINED = 3
 #: Factor from the change of a statistic in the last halving to the bound of its error.
 _SAFETY = 4.0
-#: Rounding of a statistic, relative to the size of its terms.
-_ROUNDING = 1e-15
+#: Rounding of a statistic, relative to the size of its terms: of their sum, and of the samples themselves.
+_ROUNDING = 4e-15
 
 
 @dataclass(frozen=True)

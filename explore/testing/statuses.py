@@ -55,6 +55,8 @@ def _wrong_rows(subject: Subject, window: WindowArgument, drive: str) -> Iterato
             rules[f"{metric.name} over {over} has a value in spite of its status"] = is_empty & ~undefined
     has_strokeless = any(own.lacks_strokes for own in subject.mechanism.statuses.values())
     for closed_form in subject.mechanism.metrics if has_strokeless else ():
+        if closed_form.is_partial:
+            continue
         # alone, because a metric that needs strokes decides the status of the others
         result = subject.evaluate([closed_form.name], window, drive, _TOLERANCE)
         rule = f"{closed_form.name} over {over} is undefined in spite of the status 'ok'"

@@ -23,7 +23,12 @@ CLOSED_METRICS = (
     Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", lower=1.0, needs_stroke=True),
     Metric(REACH_NAMES[0], "1", f"number of intervals of crank angles at which {_JOINTS}", lower=0.0),
     *(
-        Metric(name, "deg", f"{'end' if '_to_' in name else 'start'} of interval {name[-1]} at which {_JOINTS}")
+        Metric(
+            name,
+            "deg",
+            f"{'end' if '_to_' in name else 'start'} of interval {name[-1]} at which {_JOINTS}",
+            is_partial=name[-1] != "1",
+        )
         for name in REACH_NAMES[1:]
     ),
 )
