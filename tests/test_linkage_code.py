@@ -208,9 +208,9 @@ def test_workers_in_other_processes_get_the_table(tmp_path):
     """Two worker processes that know no table compute the rows of this one, bit for bit."""
     case = CASES["crank-shaper"]
     study = explore.Study(
-        mechanism=linkage_of(case),
-        parameters={**values_of(case), "crank": {"start": 40, "stop": 60, "num": 50}},
-        metrics=["ram_velocity_max", "transmission_angle_min"],
+        mechanism=loaded_shaper(),
+        parameters={**values_of(case), **AMOUNTS, "crank": {"start": 40, "stop": 60, "num": 50}},
+        metrics=["ram_velocity_max", "transmission_angle_min", "drive_torque_max", "pin_force_peak"],
     )
     own = explore.sweep(study, tmp_path / "own.h5").to_pandas()
     theirs = explore.sweep(study, tmp_path / "theirs.h5", processes=True, workers=2).to_pandas()
