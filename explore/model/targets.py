@@ -71,8 +71,8 @@ class Target(ABC):
 
     @classmethod
     @abstractmethod
-    def example(cls) -> Self:
-        """A target of a point "knife", for lists of the metrics of the kind."""
+    def example(cls, point: str = "knife") -> Self:
+        """A target of a point, for lists of the metrics of the kind."""
 
 
 @dataclass(frozen=True)
@@ -137,9 +137,9 @@ class PathTarget(Target):
         return target
 
     @classmethod
-    def example(cls) -> PathTarget:
-        """A path of a point "knife"."""
-        return cls("knife", ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
+    def example(cls, point: str = "knife") -> PathTarget:
+        """A path of a point."""
+        return cls(point, ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ class FunctionTarget(Target):
         return cls(table)
 
     @classmethod
-    def example(cls) -> FunctionTarget:
+    def example(cls, _: str = "") -> FunctionTarget:
         """The output as the input."""
         return cls(((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)))
 
@@ -239,9 +239,9 @@ class PosesTarget(Target):
         return target
 
     @classmethod
-    def example(cls) -> PosesTarget:
-        """Poses of a body with a point "knife"."""
-        return cls("knife", ((0.0, 0.0, 0.0), (1.0, 0.0, 10.0)))
+    def example(cls, point: str = "knife") -> PosesTarget:
+        """Poses of a body with a point."""
+        return cls(point, ((0.0, 0.0, 0.0), (1.0, 0.0, 10.0)))
 
 
 #: The kinds of targets by their names in study files.

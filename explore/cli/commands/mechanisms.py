@@ -148,10 +148,13 @@ def _print_points(link: FloatingLink) -> None:
 
 
 def _target_metrics(mechanism: Mechanism) -> dict[str, tuple[Formula, ...]]:
-    """The metrics of targets of each kind that the mechanism meets, of a point "knife"."""
+    """The metrics of targets of each kind that the mechanism meets, of a point "knife" where a study names points."""
     from explore.model.targets import TARGETS
 
-    return {kind: declared.formulas(TARGETS[kind].example()) for kind, declared in mechanism.targets.items()}
+    return {
+        kind: declared.formulas(TARGETS[kind].example(*declared.points[:1]))
+        for kind, declared in mechanism.targets.items()
+    }
 
 
 def _range(parameter: Parameter) -> str:
