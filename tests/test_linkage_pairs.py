@@ -230,6 +230,18 @@ def test_formulas_of_users_have_bounds_that_hold():
         assert abs(mpmath.mpf(float(value)) / exact - 1) <= bound <= 1e-7
 
 
+@pytest.mark.parametrize(("metric", "count"), [("E_curvature_max", 1), ("output_acceleration_variance", 2)])
+def test_curvatures_are_not_evaluated_again(metric, count):
+    """A point that turns back has no bounded curvature, whatever the digits."""
+    made = make_request(LINKAGES["watt-2"].mechanism, metrics=[metric], window="cycle", tolerance=1e-9)
+    evaluations = []
+    for row in NEAR_LIMITS:
+        if row["linkage"] == "watt-2" and row["margin"] == 1e-8:
+            found = evaluate_columns(made, {name: np.array([value]) for name, value in row["parameters"].items()})
+            evaluations.append(found.kinematic_evaluations)
+    assert max(evaluations) == count
+
+
 def test_a_design_does_not_depend_on_its_neighbours():
     """Those that are evaluated once more have the same rows alone, and the others keep theirs."""
     rows = [row for row in NEAR_LIMITS if row["linkage"] == "watt-2"][::3]

@@ -96,13 +96,15 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
 
     `parameters` has the metrics that are given with the designs, too. The columns are those of `output_columns`,
     without "design". Designs that miss the tolerance are evaluated once more by the precise functions of the mechanism,
-    if it has these, also for marks that windows end at, and no law changes at marks.
+    if it has these, for marks that windows end at too. Not where laws change at marks, nor with signals that have
+    corners: a curvature where a point rests misses it with any digits.
     """
     _keep_freed_memory()
     evaluation = _evaluate(request, parameters)
     missed = np.flatnonzero(~(evaluation.columns["error"] <= request.tolerance))
     has_marks = any(metric.window.needs_stroke for metric in request.sampled)
     is_rough = bool(request.breaks) or (has_marks and request.kernel.precise_close is None)
+    is_rough |= any(metric.signal.has_corners for metric in request.sampled)
     mechanism = None if is_rough or not len(missed) else request.kernel.precise
     if mechanism is None:
         return evaluation
