@@ -43,7 +43,7 @@ _LEAST_RESIDUE = 0.5
 #: Least distance at which it counts: coefficients of nearer poles are no rounding errors.
 _LEAST_ROUNDED = 1.3
 #: Least coefficient of a pole for whose sake more fours are tried, relative to exp(-k delta).
-_LEAST_TRIED = 0.1
+_LEAST_TRIED = 0.5
 #: Largest difference of two equal distances, relative.
 _SAME = 3e-4
 #: Distance below which the nearer of two differing ones is taken; beyond it a pole may be made of rounding errors.
