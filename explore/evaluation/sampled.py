@@ -18,6 +18,7 @@ from explore.evaluation.quadrature.bounds import (
     FLAG_TERMS,
 )
 from explore.evaluation.quadrature.loop import sample
+from explore.evaluation.quadrature.resolving import turn_factors
 from explore.evaluation.quadrature.rules import gauss_legendre_rules
 from explore.evaluation.quadrature.slots import BOUND, MEAN, N_STATISTICS, VARIANCE
 from explore.evaluation.quadrature.tails import LARGEST_EXCESS
@@ -25,7 +26,7 @@ from explore.evaluation.quadrature.work_space import Sizes, Tables, make_work_sp
 from explore.evaluation.statistics import Indices, error_of, is_power, statistic_of, statistics_beside_moments
 from explore.evaluation.windows import interval_place, specify_window
 from explore.model.mechanism import ClosedFormResult, Mechanism
-from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Graded, Located, Quadrature
+from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Graded, Located, Quadrature, Resolved
 from explore.model.quantities import FloatArray, SampledMetric
 from explore.model.request import Request
 from explore.model.status import Status
@@ -116,13 +117,13 @@ def sample_metrics(
     adaptive = _adaptive(quadrature)
     # A corner between the nodes of a rule may hide from its check.
     regular = tuple(metric for metric in metrics if not metric.signal.has_corners)
-    if isinstance(quadrature, Located):
-        # The distance is one of all laws together, and the phases of clutches are not known before sampling.
+    if not isinstance(quadrature, Graded):
+        # A distance is one of all laws together, and the phases of clutches are not known before sampling.
         regular = tuple(
             metric for metric in regular if not (request.breaks or metric.window.kind == "clutch" or is_power(metric))
         )
     if isinstance(quadrature, Adaptive):
-        regular = ()
+        regular, quadrature = tuple(metric for metric in regular if metric.window.kind == "turn"), Resolved()
     for group_quadrature, group in (
         (quadrature, regular),
         (adaptive, tuple(metric for metric in metrics if metric not in regular)),
@@ -170,9 +171,9 @@ def _sample(
     doubtful = np.flatnonzero(excess > LARGEST_EXCESS)
     if len(doubtful):
         result.error[doubtful] = 0.0
-        run(doubtful, Adaptive(), own)
+        run(doubtful, mechanism.quadrature if isinstance(mechanism.quadrature, Adaptive) else Adaptive(), own)
     if cornered.any():
-        run(np.flatnonzero(cornered), _adaptive(quadrature), own | added)
+        run(np.flatnonzero(cornered), _adaptive(mechanism.quadrature), own | added)
     result.evaluations = int(np.count_nonzero(active))
     status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
     status[active & ~np.isfinite(statistics).all(axis=0)] = Status.NOT_FINITE
@@ -232,7 +233,7 @@ def _loop_arguments(
         np.array([mechanism.marks[name] for name in request.breaks], dtype=np.int64),
         singular_rows, singular_anchors, needs, tables.flags, tables.orders, tables.term_rows,
         tables.references, corner_rows, tables.slots, float(tolerance), isinstance(quadrature, Adaptive),
-        isinstance(quadrature, Located), size_of, row_of, rules,
+        isinstance(quadrature, Located), isinstance(quadrature, Resolved), size_of, row_of, rules, turn_factors(),
     )  # fmt: skip
 
 

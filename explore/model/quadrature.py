@@ -12,6 +12,8 @@ MOST_BREAKS = 6
 class Adaptive:
     """Halve panels until the samples resolve every signal: for any signals, see `quadrature.adaptive`.
 
+    Full turns without breaks, of signals without corners, are `Resolved` first.
+
     Panels are graded towards the singularities of `Graded` where there are some, as for signals that have corners
     besides.
     """
@@ -62,4 +64,15 @@ class Located:
         return ((self.row, -1), (self.middle_row, -1), (self.reach_row, -1))
 
 
-Quadrature = Adaptive | Graded | Located
+@dataclass(frozen=True)
+class Resolved:
+    """Choose the nodes of full turns by what samples tell: as many equal steps as resolve every signal.
+
+    Full turns of mechanisms whose quadrature is `Adaptive` have it. Designs that need too many steps are sampled
+    adaptively.
+    """
+
+    singularities: tuple[tuple[int, int], ...] = ()
+
+
+Quadrature = Adaptive | Graded | Located | Resolved

@@ -7,6 +7,7 @@ from explore.evaluation.quadrature.chunks import gather_constants
 from explore.evaluation.quadrature.equispaced import place_equispaced, place_equispaced_factors, repeat_turn
 from explore.evaluation.quadrature.extremes import RESULT, find_minimum
 from explore.evaluation.quadrature.panels import ANCHOR, COUNT, LAW, PANEL_CAPACITY, SCALE, VARIANT
+from explore.evaluation.quadrature.resolving import CHECKS, place_checks, resolve_rows
 from explore.evaluation.quadrature.rounding import fill_roundings
 from explore.evaluation.quadrature.slots import MAXIMUM, MINIMUM
 from explore.evaluation.quadrature.tails import fill_roots, place_factors
@@ -72,19 +73,24 @@ def _store_sums(rows, flags, w, lanes, tile, sums):
 
 
 @subroutine()
-def fill_bin(fill, disturbed_fill, sizes, tables, w, begin, end, ends, extremes, work, tile, sums):
+def fill_bin(fill, disturbed_fill, sizes, tables, w, begin, end, ends, extremes, rare, work, tile, sums):
     """Fill moments and extremes of the panels ``order[begin:end]``, which share rule, anchor, law and variant."""
     panels, first = work.panels, work.order[begin]
     count, anchor = int(panels[COUNT + first]), int(panels[ANCHOR + first])
     law, variant = int(panels[LAW + first]), int(panels[VARIANT + first])
     is_turn = panels[SCALE + first] == 0.0
     samples = count + 2 if ends and not is_turn else count
+    evaluated = samples
     # A turn has no ends: the neighbours of its first and last node are copies.
     signals = tile.signals[sizes.rows * LANES if ends and is_turn else 0 :]
     if is_turn:
         place_equispaced(count, tile.tangents, tile.weights)
         place_equispaced_factors(count, tile.factors)
         fill_roots(tile.weights, count, True, tile.roots)
+        if rare is not None:  # noqa: SIM102  (alone, so that Numba leaves out the block)
+            if tables.is_resolved:
+                place_checks(count, tile.tangents)
+                evaluated = count + CHECKS
     else:
         place_factors(count, ends, tables.is_adaptive, tables.row_of, tables.rules, tile.factors)
     for start in range(begin, end, LANES):
@@ -99,11 +105,16 @@ def fill_bin(fill, disturbed_fill, sizes, tables, w, begin, end, ends, extremes,
         if not is_turn:
             place_nodes(tile.shape, count, ends, tables.row_of, tables.rules, tile.tangents, tile.weights)
             fill_roots(tile.weights, samples, tables.is_adaptive, tile.roots)
-        fill(tile.constants, tile.tangents, anchor, law, variant, samples, tables.needs[w], signals)
+        fill(tile.constants, tile.tangents, anchor, law, variant, evaluated, tables.needs[w], signals)
         fill_moments(
             signals, sizes.rows, tables.flags[w], samples, tile.weights, tile.roots, tile.factors, tile.node, tile.sums,
         )  # fmt: skip
         join_tails(tile.sums, sizes.rows, tables.is_adaptive, tile.shape)
+        if rare is not None:  # noqa: SIM102  (alone, so that Numba leaves out the block)
+            if tables.is_resolved:
+                resolve_rows(
+                    signals, sizes.rows, tables.flags[w], count, tables.turn_factors, tile.sums, tile.parts
+                )  # fmt: skip
         _store_sums(sizes.rows, tables.flags, w, lanes, tile, sums)
         if sizes.is_disturbed:
             fill_roundings(

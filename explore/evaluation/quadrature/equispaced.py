@@ -116,6 +116,12 @@ def leave_panels(panels, count):
 
 
 @subroutine()
+def leave_panel(panels, k):
+    """Leave one panel to the adaptive rule."""
+    panels[SINGULAR + k] = _LEFT
+
+
+@subroutine()
 def has_left_panel(panels, first, count, stride):
     """Whether a panel of a design is left to the adaptive rule."""
     is_left = False

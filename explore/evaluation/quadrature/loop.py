@@ -40,6 +40,7 @@ from explore.evaluation.quadrature.panels import (
     count_nodes,
     map_panels,
 )
+from explore.evaluation.quadrature.resolving import choose_next_counts, count_checks, open_turns
 from explore.evaluation.quadrature.slots import CLUTCH, KIND, ROOT_MEAN, ROOT_POWER_MEAN
 from explore.evaluation.quadrature.storing import store
 from explore.evaluation.quadrature.tails import check_model
@@ -125,7 +126,10 @@ def _open_window(fill, sizes, tables, w, begin, here, demands, error, rare, work
         if tables.is_located:
             leave_panels(work.panels, count)
         return until, count, stride, count, False
-    choose_equispaced(work.panels, until, pole_order, target - headroom, tables.is_located)
+    if tables.is_resolved:
+        open_turns(work.panels, until)
+    else:
+        choose_equispaced(work.panels, until, pole_order, target - headroom, tables.is_located)
     return until, count, stride, _drop_second_halves(until, sizes.rows, tables.flags[w], work, sums), True
 
 
@@ -183,7 +187,7 @@ def _sample_window(
             break
         if tables.is_adaptive:
             work.panel_count[begin] = count
-        elif number > 0:
+        elif number > 0 and not tables.is_resolved:
             count_nodes(work.panels, count, pole_order)
             if has_turns:
                 count_equispaced(work.panels, count, pole_order)
@@ -193,8 +197,8 @@ def _sample_window(
         )  # fmt: skip
         for k in range(n_bins):
             fill_bin(
-                fill, disturbed_fill, sizes, tables, w, work.starts[k], work.starts[k + 1], ends, extremes, work, tile,
-                sums,
+                fill, disturbed_fill, sizes, tables, w, work.starts[k], work.starts[k + 1], ends, extremes, rare, work,
+                tile, sums,
             )  # fmt: skip
         collect(
             work.bounds, work.panels, 0 if tables.is_adaptive else count, has_turns, n, work.live, work.first_panel,
@@ -205,6 +209,9 @@ def _sample_window(
             if rare is not None:
                 work.bounds[bounds.TOTAL] = n_todo * (ADAPTIVE_NODES + 2)
                 estimate_errors(work, sums, w, tables.flags, count)
+        elif tables.is_resolved:
+            if rare is not None:
+                count_checks(work.bounds, n)
         else:
             check_model(
                 work.bounds, n, regular and number == 0, per_design, work.live, work.first_panel, work.panel_count,
@@ -212,7 +219,11 @@ def _sample_window(
             )  # fmt: skip
         bound_rows(n, w, sizes, tables, parameters, here, stride, work, sums)
         store(n, number == 0, here, stride, w, tables.flags, tables.slots, statistics, nodes, work, sums)
-        if not tables.is_adaptive:
+        if tables.is_resolved:
+            if rare is not None:
+                n = choose_next_counts(work.bounds, work.panels, n, work.live, tables.tolerance, work.todo)
+            n_todo = n
+        elif not tables.is_adaptive:
             n, n_todo = choose_next(
                 work.bounds, work.panels, n, work.live, work.first_panel, work.panel_count, stride, pole_order,
                 tables.tolerance, work.todo,
@@ -227,7 +238,8 @@ def _sample_window(
             n = min(n_todo, 1)
     for i in range(begin, until):
         error[here[i]] = max(error[here[i]], work.worst[i])
-        is_left = tables.is_located and has_left_panel(work.panels, work.first_panel[i], work.panel_count[i], stride)
+        may_be_left = tables.is_located or tables.is_resolved
+        is_left = may_be_left and has_left_panel(work.panels, work.first_panel[i], work.panel_count[i], stride)
         excess[here[i]] = max(excess[here[i]], math.inf if is_left else work.excess[i])
         if rare is not None:  # noqa: SIM102  (alone, so that Numba leaves out the block)
             if powers:
@@ -281,7 +293,7 @@ def sample(
     `error` (n,), the bound, and `excess` (n,), how many times the samples exceed the error model.
     """
     has_powers = (tables.slots[:, :, ROOT_MEAN : ROOT_POWER_MEAN + 1] >= 0).any()
-    if tables.is_adaptive or has_powers or tables.windows[:, CLUTCH].any():
+    if tables.is_adaptive or tables.is_resolved or has_powers or tables.windows[:, CLUTCH].any():
         loop, extremes, rare = sample_all, 1, 1
     elif (tables.flags & FLAG_EXTREMES).any():
         loop, extremes, rare = sample_extremes, 1, None

@@ -15,6 +15,7 @@ from explore.evaluation.quadrature.chunks import CODES, MOST_KINDS
 from explore.evaluation.quadrature.extremes import STATE_SIZE
 from explore.evaluation.quadrature.hand_over import HAND_OVER_SIZE
 from explore.evaluation.quadrature.panels import PANEL_CAPACITY, PANELS_SIZE
+from explore.evaluation.quadrature.resolving import PARTS_SIZE
 from explore.evaluation.quadrature.rounding import STRIDE
 from explore.evaluation.quadrature.tiles import NODE_CAPACITY, SHAPE_SIZE, SUMS_SIZE
 
@@ -82,8 +83,12 @@ class Tables(NamedTuple):
     is_located
         Whether these may stand above any angle: full turns have equal steps, and designs that would need too many are
         left to the adaptive rule.
+    is_resolved
+        Whether turns have as many equal steps as resolve their signals; see `explore.evaluation.quadrature.resolving`.
     size_of, row_of, rules
         From `explore.evaluation.quadrature.rules`.
+    turn_factors
+        From `explore.evaluation.quadrature.resolving`.
     """
 
     windows: IntArray
@@ -101,9 +106,11 @@ class Tables(NamedTuple):
     tolerance: float
     is_adaptive: bool
     is_located: bool
+    is_resolved: bool
     size_of: IntArray
     row_of: IntArray
     rules: FloatArray
+    turn_factors: FloatArray
 
 
 class TileWork(NamedTuple):
@@ -125,6 +132,7 @@ class TileWork(NamedTuple):
     node_signals: FloatArray
     few_tangents: FloatArray
     disturbed: FloatArray
+    parts: FloatArray
 
 
 class PanelSums(NamedTuple):
@@ -194,10 +202,10 @@ class ChunkWork(NamedTuple):
 SIZES_TYPE = types.NamedUniTuple(_INT, 8, Sizes)
 TABLES_TYPE = types.NamedTuple(
     (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, _I2, types.int64[:, :, ::1], _FLOAT,
-     types.boolean, types.boolean, _I1, _I1, types.float64[:, ::1]),
+     types.boolean, types.boolean, types.boolean, _I1, _I1, types.float64[:, ::1], _F1),
     Tables,
 )  # fmt: skip
-TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 13), TileWork)
+TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 14), TileWork)
 PANEL_SUMS_TYPE = types.NamedUniTuple(_F1, 10, PanelSums)
 CHUNK_WORK_TYPE = types.NamedTuple((*[_F1] * 4, *[_I1] * 10, *[_F1] * 12), ChunkWork)
 
@@ -223,7 +231,7 @@ def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, P
         factors=np.empty(2 * NODE_CAPACITY), signals=np.empty(rows * NODE_CAPACITY * LANES),
         sums=np.empty(rows * SUMS_SIZE), state=np.zeros(max(STATE_SIZE, HAND_OVER_SIZE)), node=np.empty(LANES),
         node_signals=np.empty(rows * LANES), few_tangents=np.empty(few * LANES),
-        disturbed=np.empty(rows * few * LANES),
+        disturbed=np.empty(rows * few * LANES), parts=np.empty(PARTS_SIZE),
     )  # fmt: skip
     of_rows = rows * PANEL_CAPACITY
     sums = PanelSums(np.empty(PANEL_CAPACITY), *(np.empty(of_rows) for _ in range(9)))
