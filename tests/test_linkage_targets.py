@@ -1,6 +1,7 @@
 """Targets of linkages of tables: paths of any point, poses of any link, functions of the output."""
 
 import pickle
+import re
 
 import numpy as np
 import pandas as pd
@@ -121,12 +122,31 @@ def test_a_linkage_with_a_target_is_pickled():
         ),
         ({"kind": "path", "point": "N", "points": [[0, 0], [1, 1], [2, 0]]}, "unknown point 'N'"),
         ({"kind": "poses", "point": "A", "poses": [[0, 0, 0], [1, 1, 5]]}, "unknown point 'A'; available: M"),
+        (
+            {"kind": "path", "point": "M", "points": [[1e300, 0], [1, 1], [2, 0]]},
+            "point 1 is too far away: at most 1e+12",
+        ),
         ({"kind": "dwell"}, "the kind of target is missing or unknown"),
     ],
 )
 def test_targets_that_a_linkage_cannot_have(target, reason):
-    with pytest.raises(RequestError, match=reason.replace("?", r"\?")):
+    with pytest.raises(RequestError, match=re.escape(reason)):
         explore.evaluate(explore.Linkage(COUPLER), {"r1": 30, "r2": 100, "r3": 80, "r4": 110}, target=target)
+
+
+def test_the_place_of_a_linkage_is_swept_with_its_target():
+    study = explore.Study(
+        mechanism=explore.Linkage(COUPLER),
+        parameters={"r1": 30, "r2": 100, "r3": 80, "r4": 110, "along": 40, "across": 25,
+                    "crank_pivot_x": [0, 5], "ground_angle": {"start": 0, "stop": 20, "num": 2}},
+        target={"kind": "path", "point": "M", "points": [[0, 0], [10, 5], [20, 0]]},
+        metrics=["path_error_rms"],
+    )  # fmt: skip
+    assert study.space.n_designs == 4
+    with pytest.raises(explore.ConfigError, match="ground_angle"):
+        explore.Study(
+            mechanism=explore.Linkage(FOUR_BAR), parameters={"r1": 1, "r2": 2, "r3": 2, "r4": 2, "ground_angle": 0}
+        )
 
 
 def test_a_limited_crank_meets_no_targets():

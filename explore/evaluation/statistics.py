@@ -82,7 +82,8 @@ def _magnitude_statistic(statistic: str, statistics: FloatArray, slots: Indices)
         case "power_mean":
             value = statistics[slots[ROOT_POWER_MEAN]] ** 0.3
         case "max":
-            value = np.sqrt(statistics[slots[MAXIMUM]])
+            # -inf where no sample was finite
+            value = np.sqrt(np.where(statistics[slots[MAXIMUM]] >= 0.0, statistics[slots[MAXIMUM]], np.nan))
         case _:
             value = np.sqrt(statistics[slots[MEAN]])
     return np.asarray(value)

@@ -1,6 +1,7 @@
 """Derived metrics that mechanisms under load share: work of the drive in a turn, and the largest of several forces."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,3 +26,7 @@ WORK_FORMULAS = (
     Formula("net_work", "N m", "work of the drive in a turn: what the load dissipates", "min",
             ("friction_power_mean_cycle", "speed"), _work),
 )  # fmt: skip
+#: Metric of the net work where torques on links that turn fully give or take some of it.
+NET_WORK_OF_DRIVE = replace(
+    WORK_FORMULAS[1], long_name="work of the drive in a turn", inputs=("drive_power_mean_cycle", "speed")
+)

@@ -13,7 +13,7 @@ from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
 from explore.mechanisms.linkages.kernel import Kernel, make_kernel, parameter_names
 from explore.mechanisms.linkages.load_signals import balanced_signals
-from explore.mechanisms.linkages.loads import SPEED
+from explore.mechanisms.linkages.loads import AMOUNTS, SPEED
 from explore.mechanisms.linkages.metrics import CLOSED_METRICS, REACH_NAMES, declare_formulas
 from explore.mechanisms.linkages.motions import declare_targets
 from explore.mechanisms.linkages.programs import DISTANCE_ROW, GREATEST_ROW, LEAST_ROW, MIDDLE_ROW, REACH_ROW
@@ -44,9 +44,6 @@ _WINDOWS = (
     Window(_STROKES[1], "from the output's greatest place or angle to its least", "arc", ("greatest", "least")),
     _INTERVAL,
 )
-#: Units of parameters that are not negative, and that 0 leaves out.
-_AMOUNTS = ("kg", "kg m^2", "N s/m", "N m s/rad")
-
 #: Largest number of mechanisms of tables, and of kernels of them, that are kept.
 _MOST_KEPT = 256
 
@@ -199,8 +196,8 @@ def _parameters(table: LinkageTable) -> Iterator[Parameter]:
     for p in table.parameters:
         yield Parameter(
             p.name, p.unit, p.meaning or p.name.replace("_", " "), p.default,
-            max(p.lower, 0.0) if p.unit in _AMOUNTS else p.lower, p.upper,
-            zero_meaning="none" if p.unit in _AMOUNTS else "",
+            max(p.lower, 0.0) if p.unit in AMOUNTS else p.lower, p.upper,
+            zero_meaning="none" if p.unit in AMOUNTS else "",
             affects="motion" if p.name in table.moving_names else "load",
         )  # fmt: skip
     is_dynamic = SPEED in parameter_names(table)

@@ -9,7 +9,7 @@ from explore.mechanisms.linkages.loads import Loading
 from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.reactions import Reactions
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, Loads
-from explore.mechanisms.load_metrics import WORK_FORMULAS, largest
+from explore.mechanisms.load_metrics import NET_WORK_OF_DRIVE, WORK_FORMULAS, largest
 from explore.model.drawing import Panel
 from explore.model.quantities import Formula, Signal
 
@@ -86,9 +86,14 @@ def load_formulas(table: LinkageTable, window: str) -> tuple[Formula, ...]:
     if table.loads is None:
         return ()
     peaks = tuple(f"{point}_force_on_{body}_max_{window}" for point, body in force_places(table, table.loads))
-    peak = Formula("pin_force_peak", "N", "largest force in a pin", "min", peaks, largest, selects_one=True)
-    works = WORK_FORMULAS if table.loads.lose_power else WORK_FORMULAS[:1]
-    return (peak, *works) if table.limits is None else (peak,)
+    words = f"largest force in a pin over the {'turn' if window == 'cycle' else window}"
+    peak = Formula("pin_force_peak", "N", words, "min", peaks, largest, selects_one=True)
+    if table.limits is not None:
+        return (peak,)
+    positive, net = WORK_FORMULAS
+    if table.loads.has("torque"):
+        return (peak, positive, NET_WORK_OF_DRIVE)
+    return (peak, positive, net) if table.loads.lose_power else (peak, positive)
 
 
 def balanced_signals(table: LinkageTable) -> tuple[str, ...]:

@@ -19,6 +19,8 @@ from explore.mechanisms.linkages.graph import LEAST, SENSE, Number, Series
 from explore.mechanisms.linkages.table import Coordinate, Element, Loads, Mass, Place
 from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minus
 
+#: Units of amounts that are not negative, and that 0 leaves out.
+AMOUNTS = ("kg", "kg m^2", "N s/m", "N m s/rad")
 #: The parameter that the speed of the driver is, rad/s.
 SPEED = "speed"
 #: Meters in a millimeter.

@@ -5,6 +5,7 @@ from typing import Any
 
 from explore.base.errors import KeyPath
 from explore.base.suggest import closest_name, format_value, suggestion
+from explore.mechanisms.linkages.loads import AMOUNTS
 from explore.mechanisms.linkages.table import FRAME, Coordinate, Element, Loads, Mass, PointForce, carrier
 from explore.studies.linkages.coordinates import ZERO, read_amount, read_pair
 from explore.studies.linkages.parameters import Located
@@ -18,13 +19,14 @@ _EXAMPLES = {
     "opposing": "ram = 40",
     "dampers": 'brake = { between = "ram", rate = 20 }',
 }
+#: Example of a torque between two links.
+_BETWEEN = 'rocker = { torque = 2.5, against = "coupler" }'
+
 _KEYS = ("gravity", *_EXAMPLES)
 _MASS_KEYS = ("mass", "centroid", "inertia")
 _TORQUE_KEYS = ("torque", "against")
 #: Units of rates of springs and dampers, along a line and of an angle.
 _RATES = {"springs": ("N/m", "N m/rad"), "dampers": ("N s/m", "N m s/rad")}
-#: Units of what is not negative.
-_AMOUNTS = ("kg", "kg m^2", "N s/m", "N m s/rad")
 #: Largest number of entries of all parts together.
 _MOST_ENTRIES = 100
 
@@ -75,7 +77,7 @@ class LoadReader:
         self._check_name(name, key, [*self._links, *self._moving], "link or moving point")
         if name not in self._links:
             return Mass(name, self._amount(entry, key, "kg"), name, ZERO)
-        given = self._table(entry, key, _MASS_KEYS, ("mass", "centroid"), "masses")
+        given = self._table(entry, key, _MASS_KEYS, ("mass", "centroid"), _EXAMPLES["masses"])
         mass = self._amount(given.get("mass", 0), (*key, "mass"), "kg")
         inertia = self._amount(given.get("inertia", 0), (*key, "inertia"), "kg m^2")
         centroid, place = given.get("centroid", ""), (ZERO, ZERO)
@@ -98,7 +100,7 @@ class LoadReader:
         self._check_name(name, key, self._links, "link")
         ends: tuple[str, ...] = (name,)
         if isinstance(entry, Mapping):
-            given = self._table(entry, key, _TORQUE_KEYS, _TORQUE_KEYS, "torques")
+            given = self._table(entry, key, _TORQUE_KEYS, _TORQUE_KEYS, _BETWEEN)
             size = self._amount(given.get("torque", 0), (*key, "torque"), "N m")
             if "against" in given:
                 ends = self._two_links(name, given["against"], (*key, "against"))
@@ -122,7 +124,7 @@ class LoadReader:
     def _spring(self, kind: str, name: str, entry: object) -> Element:
         key = (SECTION, "loads", kind, name)
         keys = ("between", "rate", *(("rest",) if kind == "springs" else ()))
-        given = self._table(entry, key, keys, keys, kind)
+        given = self._table(entry, key, keys, keys, _EXAMPLES[kind])
         ends = self._ends(given.get("between", ""), (*key, "between"), kind) if "between" in given else ()
         turns = bool(ends) and ends[0] in self._links
         if turns and kind == "springs" and ends[0] == self._driver:
@@ -150,7 +152,10 @@ class LoadReader:
         if kind == "dampers" and first in self._links:
             return self._two_links(first, second, key)
         for name in (first, second):
-            self._check_name(name, key, self._structure.points, "point")
+            if name in self._links:
+                self._problems.append((key, f"springs and dampers join points; name a point of {name}"))
+            else:
+                self._check_name(name, key, self._structure.points, "point")
         shared = [body for body in self._structure.bodies.values() if {first, second} <= set(body.place_of)]
         if shared:
             self._problems.append((key, f"both are points of {shared[0].name}, so their distance does not change"))
@@ -176,11 +181,7 @@ class LoadReader:
         before = len(self._problems)
         coordinate = read_amount(entry, key, self._problems, unit)
         value = coordinate.steps[0][1]
-        if (
-            (unit in ("kg", "kg m^2", "N s/m", "N m s/rad") or key[2] == "opposing")
-            and not coordinate.names
-            and value < 0.0
-        ):
+        if (unit in AMOUNTS or key[2] == "opposing") and not coordinate.names and value < 0.0:
             self._problems.append((key, f"must not be negative, got {value:g}"))
         if len(self._problems) == before:
             self.coordinates.append((coordinate, key, unit))
@@ -194,16 +195,16 @@ class LoadReader:
         return x, y
 
     def _table(
-        self, entry: object, key: KeyPath, keys: Sequence[str], needed: Sequence[str], kind: str
+        self, entry: object, key: KeyPath, keys: Sequence[str], needed: Sequence[str], example: str
     ) -> Mapping[str, Any]:
         """The entries of a load after unknown and missing keys are noted."""
         if not isinstance(entry, Mapping):
-            self._problems.append((key, f"must be a table such as {_EXAMPLES[kind]}, got {format_value(entry)}"))
+            self._problems.append((key, f"must be a table such as {example}, got {format_value(entry)}"))
             return {}
         corrections = self._note_unknown(entry, key, keys)
         missing = [word for word in needed if word not in entry and word not in corrections]
         for word in missing:
-            self._problems.append((key, f"the key '{word}' is missing; a complete one is {_EXAMPLES[kind]}"))
+            self._problems.append((key, f"the key '{word}' is missing; a complete one is {example}"))
         return entry
 
     def _note_unknown(self, entries: Mapping[str, Any], key: KeyPath, keys: Sequence[str]) -> set[str | None]:

@@ -9,6 +9,7 @@ from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
 from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.table import Coordinate, LinkageTable, TableParameter
+from explore.model.targets import BODY_POSE, STARTS
 from explore.studies.linkages.coordinates import uses_of
 from explore.studies.linkages.names import reason_against
 from explore.studies.linkages.structure import SECTION, Structure
@@ -23,6 +24,8 @@ _KINDS = {"mm": "a length", "deg": "an angle"}
 
 #: A coordinate, its key and its unit.
 Located = tuple[Coordinate, KeyPath, str]
+#: Names of the parameters that targets add.
+_OF_TARGETS = {parameter.name for parameter in (*BODY_POSE, *STARTS)}
 
 
 def located_coordinates(structure: Structure) -> Iterator[Located]:
@@ -125,10 +128,10 @@ def _parameter(name: str, units: set[str], entry: object, use: KeyPath, problems
 
 
 def note_unused(table: LinkageTable, entries: Mapping[str, Any], problems: Problems) -> None:
-    """Note entries of [parameters] that no coordinate uses."""
+    """Note entries of [parameters] that no coordinate uses, and no target."""
     used = [parameter.name for parameter in table.parameters]
     for name in entries:
-        if name not in used and name != SPEED:
+        if name not in used and name != SPEED and name not in _OF_TARGETS:
             hint = suggestion(str(name), [*used, SPEED])
             problems.append((("parameters", str(name)), f"nothing in [linkage] uses it; {hint}"))
 

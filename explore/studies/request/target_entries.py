@@ -12,6 +12,9 @@ from explore.model.mechanism import Mechanism
 from explore.model.targets import MOST_TARGET_POINTS
 from explore.studies.request.target_files import FileColumn, read_target_file
 
+#: Largest number of a row, whose square is far from the largest double.
+_MOST = 1e12
+
 
 def note_unknown_keys(entries: Mapping[str, Any], known: Sequence[str], problems: Problems) -> None:
     """Note the keys that a kind of target does not have."""
@@ -97,10 +100,13 @@ def read_number_rows(
         advice = few if len(value) < kind.fewest else f"at most {most} are possible; thin them"
         problems.append(((source,), f"{len(value):,} {rows}; {advice}"))
     else:
-        return tuple(
+        found = [
             tuple(row) if source == "file" else _read_row(row, number, kind, problems)
             for number, row in enumerate(value)
-        )
+        ]
+        far = [number for number, row in enumerate(found) if any(abs(entry) > _MOST for entry in row)]
+        problems += [((source,), f"{kind.noun} {number + 1} is too far away: at most {_MOST:g}") for number in far]
+        return tuple(found)
     return ()
 
 

@@ -60,6 +60,6 @@ def read_target(mechanism: Mechanism, entries: object, problems: Problems, folde
     taken = {signal.name for signal in mechanism.signals} | {parameter.name for parameter in mechanism.parameters}
     for parameter in mechanism.targets[kind].parameters:
         if parameter.name in taken:
-            reason = f"its parameter {parameter.name} would have the name of another column; rename the point"
-            problems.append(((), reason))
+            reason = f"its parameter {parameter.name} would have the name of another column"
+            problems.append(((), f"{reason}; rename that column, or the point"))
     return None if len(problems) > before else target
