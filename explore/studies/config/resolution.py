@@ -107,7 +107,7 @@ def resolve_study(
     if mechanism is None:
         return None
     method = sampling.method if sampling else ""
-    used = _used(study.parameters, mechanism) if linkage else study.parameters
+    used = _not_noted(study.parameters, problems)
     mechanism, parameters = read_points(mechanism, study.points, used, method, problems)
     mechanism = add_target_section(mechanism, study.target, folder, problems)
     n_before = len(problems)
@@ -150,10 +150,10 @@ def _linkage(study: StudyFile, folder: Path, problems: Problems, file_problems: 
     return None
 
 
-def _used(entries: Mapping[str, Any], mechanism: Mechanism) -> dict[str, Any]:
-    """The entries of parameters that there are; those of others were noted with the linkage."""
-    known = {parameter.name for parameter in mechanism.parameters}
-    return {name: entry for name, entry in entries.items() if name in known}
+def _not_noted(entries: Mapping[str, Any], problems: Problems) -> dict[str, Any]:
+    """The entries of parameters without those that were noted with the linkage."""
+    noted = {key for key, _ in problems}
+    return {name: entry for name, entry in entries.items() if ("parameters", name) not in noted}
 
 
 def _mechanism(study: StudyFile, linkage: Linkage | None, *, has_key: bool, problems: Problems) -> Mechanism | None:
