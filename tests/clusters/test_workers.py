@@ -11,6 +11,7 @@ from waiting import wait_until
 
 import explore
 from clusters.processes import ROOT, Cluster, Sweep, committed_blocks, digest, study_file
+from explore.mechanisms.registry import MECHANISMS
 from explore.running.in_flight import SPARE_BLOCKS
 
 BLOCKS = 12
@@ -39,9 +40,10 @@ def other_package(folder, what):
         return copy, ["has other versions", f"explore 9.8.7 there, {explore.__version__} here", "make them equal"]
     declaration = copy / "explore" / "mechanisms" / "crank_rocker" / "declaration.py"
     text = declaration.read_text()
-    declaration.write_text(text.replace('kernel_version="5"', 'kernel_version="77"'))
+    version = MECHANISMS["crank-rocker"].kernel_version
+    declaration.write_text(text.replace(f'kernel_version="{version}"', 'kernel_version="77"'))
     assert declaration.read_text() != text
-    return copy, ["has other versions", "kernel crank-rocker 77 there, crank-rocker 5 here", "make them equal"]
+    return copy, ["has other versions", f"kernel crank-rocker 77 there, crank-rocker {version} here", "make them equal"]
 
 
 @pytest.mark.parametrize("what", ["version", pytest.param("kernel", marks=pytest.mark.slow)])

@@ -189,7 +189,7 @@ _EXTENDED = Mechanism(
         "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
-    kernel_version="6",
+    kernel_version="7",
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=EXTENDED_SIGNAL_ROWS,

@@ -178,7 +178,7 @@ _EXTENDED = Mechanism(
         "cycle": (*_CLOSED_NAMES, *_SAMPLED_DEFAULTS[1:], "slider_velocity_rms"),
     },
     objectives=("cv", "slider_acceleration_peak", "pressure_angle_max"),
-    kernel_version="4",
+    kernel_version="5",
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=columns.EXTENDED_SIGNAL_ROWS,

@@ -4,7 +4,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import types
 
 from explore.base.compiling import compiled
@@ -20,10 +19,8 @@ from explore.mechanisms.targets.path_errors.curve import (
     place_on_chord,
 )
 from explore.mechanisms.targets.path_errors.ordering import MOST_WAITING, ascend_from, choose_order, follows_forwards
-from explore.mechanisms.targets.path_errors.polishing import polish
+from explore.mechanisms.targets.path_errors.polishing import IntArray, Room, make_room, polish
 from explore.model.quantities import FloatArray
-
-IntArray = npt.NDArray[np.int64]
 
 # Measures of a design: weighted rms distance, largest distance, and the turn of the crank, rad.
 RMS, LARGEST, SPAN = range(3)
@@ -71,10 +68,7 @@ class _Buffers(NamedTuple):
     backwards: IntArray
     order: IntArray
     angles: FloatArray
-    starts: IntArray
-    spare_order: IntArray
-    spare_angles: FloatArray
-    mean: FloatArray
+    room: Room
 
 
 @subroutine(allocates=True)
@@ -82,8 +76,7 @@ def _allocate_buffers(n):
     return _Buffers(
         np.empty(MANY_CHORDS + 1), np.empty(MANY_CHORDS + 1), np.empty(CURVE_SIZE), np.empty((n, 2 * MANY_CHORDS)),
         np.empty((n + 1, 2 * MANY_CHORDS)), np.empty((MOST_WAITING, 2), np.int64), np.empty((3, n), np.int64),
-        np.arange(n), np.arange(n)[::-1].copy(), np.empty(n, np.int64), np.empty(n), np.empty(n + 1, np.int64),
-        np.empty(n, np.int64), np.empty(n), np.empty(3),
+        np.arange(n), np.arange(n)[::-1].copy(), np.empty(n, np.int64), np.empty(n), make_room(n),
     )  # fmt: skip
 
 
@@ -102,10 +95,7 @@ def _order_points(curve, shape, points, weights, rays, count, buffers, own):
     for i in range(n):
         angles[i] = place_on_chord(points[order[i], 0], points[order[i], 1], xs, ys, count, chords[0, i])
     leader = order[0]
-    polish(
-        curve, shape, points, weights, order, angles, buffers.starts, buffers.spare_order, buffers.spare_angles,
-        buffers.mean, buffers.out,
-    )  # fmt: skip
+    polish(curve, shape, points, weights, order, angles, buffers.room)
     ascend_from(leader, order, angles, own)
     cost = 0.0
     for i in range(n):

@@ -1,15 +1,22 @@
 """Crank angles of points in order: the least sum of squared distances to the exact curve near given angles.
 
-Points that share an angle are a block, whose sum depends on the angle as that of their mean does. Each block is moved
-by Newton's method; blocks that meet are joined, and a block that its points pull apart is divided, until none of
-this happens (pooling of adjacent violators, for functions that are convex near their least value). The order is cyclic:
-the last angle is at most a turn beyond the first.
+Points that share an angle are a block, whose sum depends on the angle as that of their mean does. One block after
+another is moved by Newton's method and joined with those before that it does not pass, as in isotonic regression
+(pooling of adjacent violators, for functions that are convex near their least value). A block that its points pull
+apart is divided, until there is none. The order is cyclic: the last angle is at most a turn beyond the first.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import FEW_CHORDS, TURN
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, FEW_CHORDS, TURN
+from explore.model.quantities import FloatArray
+
+IntArray = npt.NDArray[np.int64]
 
 #: Largest number of Newton's steps of a block.
 _MOST_STEPS = 40
@@ -22,21 +29,55 @@ _PULL = 1e-9
 #: Longest step of a block, rad.
 _STEP = TURN / FEW_CHORDS
 
+# Rows of `Room.settled`: ends of the blocks that are at their best angle, and of those that their points do not divide.
+MOVED, WHOLE = range(2)
+
 _TINY = 1e-300
 
 
+class Room(NamedTuple):
+    """Arrays that `polish` works in: of blocks by their first points, a copy of the order, a mean, and the curve."""
+
+    starts: IntArray
+    settled: IntArray
+    settled_angles: FloatArray
+    spare_order: IntArray
+    spare_angles: FloatArray
+    mean: FloatArray
+    out: FloatArray
+
+
+@subroutine(allocates=True)
+def make_room(n):
+    """Room for n points."""
+    return Room(
+        np.empty(n + 1, np.int64), np.empty((2, n), np.int64), np.empty(n), np.empty(n, np.int64), np.empty(n),
+        np.empty(3), np.empty(CURVE_SIZE),
+    )  # fmt: skip
+
+
 @subroutine()
-def _excess(curve, shape, angle, weight, x, y, out):
+def _turn(cosine, sine, step):
+    """Cosine and sine of an angle after a step of at most _STEP: series whose next terms are below rounding."""
+    h = step * step
+    across = step * (1.0 - h / 6.0 * (1.0 - h / 20.0 * (1.0 - h / 42.0 * (1.0 - h / 72.0))))
+    along = 1.0 - h / 2.0 * (1.0 - h / 12.0 * (1.0 - h / 30.0 * (1.0 - h / 56.0)))
+    return cosine * along - sine * across, sine * along + cosine * across
+
+
+@subroutine()
+def _excess(curve, shape, cosine, sine, weight, x, y, out):
     """What a block adds to its sum by not being at its mean (x, y); `out` receives the curve."""
-    curve(shape, math.cos(angle), math.sin(angle), out)
+    curve(shape, cosine, sine, out)
     dx, dy = out[0] - x, out[1] - y
     return weight * (dx * dx + dy * dy)
 
 
 @subroutine()
 def _move(curve, shape, angle, weight, x, y, out):
-    """The angle near a given one that is best for a block of this weight and mean."""
-    cost = _excess(curve, shape, angle, weight, x, y, out)
+    """The angle near a given one that is best for a block of this weight and mean; whether its last step is short."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    cost = _excess(curve, shape, cosine, sine, weight, x, y, out)
     for _ in range(_MOST_STEPS):
         dx, dy = out[0] - x, out[1] - y
         slope = dx * out[2] + dy * out[3]
@@ -44,16 +85,18 @@ def _move(curve, shape, angle, weight, x, y, out):
         bend = square + dx * out[4] + dy * out[5]
         step = -slope / (bend if bend > 0.1 * square else square)
         step = min(max(step, -_STEP), _STEP)
-        found = _excess(curve, shape, angle + step, weight, x, y, out)
+        near_cosine, near_sine = _turn(cosine, sine, step)
+        found = _excess(curve, shape, near_cosine, near_sine, weight, x, y, out)
         while found > cost and abs(step) > _SHORT:
             step *= 0.25
-            found = _excess(curve, shape, angle + step, weight, x, y, out)
+            near_cosine, near_sine = _turn(cosine, sine, step)
+            found = _excess(curve, shape, near_cosine, near_sine, weight, x, y, out)
         if found > cost:
-            break  # rounding
-        angle, cost = angle + step, found
+            return angle, True  # rounding
+        angle, cosine, sine, cost = angle + step, near_cosine, near_sine, found
         if abs(step) <= _SHORT:
-            break
-    return angle
+            return angle, True
+    return angle, False
 
 
 @subroutine()
@@ -104,12 +147,54 @@ def _bring_in_order(order, weights, angles, starts):
 
 
 @subroutine()
-def _divide(curve, shape, order, points, weights, angles, starts, m, out):
-    """Part the blocks that their points pull apart, by a little; return whether there is one."""
-    is_divided = False
+def _move_block(curve, shape, order, points, weights, angles, first, stop, room):
+    """Move a block to its best angle, unless it is as it was after its last move."""
+    settled = room.settled
+    if settled[MOVED, first] == stop and room.settled_angles[first] == angles[first]:
+        return
+    _fill_mean(order, points, weights, first, stop, room.mean)
+    weight, x, y = room.mean
+    angle, is_least = _move(curve, shape, angles[first], weight, x, y, room.out)
+    for i in range(first, stop):
+        angles[i] = angle
+    room.settled_angles[first] = angle
+    settled[MOVED, first], settled[WHOLE, first] = stop if is_least else 0, 0
+
+
+@subroutine()
+def _pool(curve, shape, order, points, weights, angles, m, room):
+    """Move m blocks one after another, each joined with those before that it does not pass; return how many are left.
+
+    A joined block starts from the mean of the angles that its points are given at.
+    """
+    starts, given, count = room.starts, room.spare_angles, 0
+    for k in range(len(order)):
+        given[k] = angles[k]
     for block in range(m):
         first, stop = starts[block], starts[block + 1]
-        if stop - first < 2:
+        _move_block(curve, shape, order, points, weights, angles, first, stop, room)
+        while count > 0 and angles[first] <= angles[starts[count - 1]]:
+            count -= 1
+            first, weight, mean = starts[count], 0.0, 0.0
+            for k in range(first, stop):
+                weight, mean = weight + weights[order[k]], mean + weights[order[k]] * given[k]
+            for k in range(first, stop):
+                angles[k] = mean / weight
+            room.settled[MOVED, first] = 0
+            _move_block(curve, shape, order, points, weights, angles, first, stop, room)
+        starts[count] = first
+        count += 1
+    starts[count] = len(order)
+    return count
+
+
+@subroutine()
+def _divide(curve, shape, order, points, weights, angles, m, room):
+    """Part the blocks that their points pull apart, by a little; return whether there is one."""
+    is_divided, out = False, room.out
+    for block in range(m):
+        first, stop = room.starts[block], room.starts[block + 1]
+        if stop - first < 2 or room.settled[WHOLE, first] == stop:
             continue
         angle = angles[first]
         curve(shape, math.cos(angle), math.sin(angle), out)
@@ -120,39 +205,35 @@ def _divide(curve, shape, order, points, weights, angles, starts, m, out):
             pull, size = pull + own, size + abs(own)
             if i < stop - 1 and pull > largest:
                 largest, place = pull, i + 1
-        if largest > _PULL * size:
-            is_divided = True
-            # so little that all other angles stay where they are
-            for i in range(first, place):
-                angles[i] = angle - _SHORT * _STEP
-            for i in range(place, stop):
-                angles[i] = angle + _SHORT * _STEP
+        if largest <= _PULL * size:
+            room.settled[WHOLE, first] = stop
+            continue
+        is_divided = True
+        # so little that all other angles stay where they are
+        for i in range(first, place):
+            angles[i] = angle - _SHORT * _STEP
+        for i in range(place, stop):
+            angles[i] = angle + _SHORT * _STEP
     return is_divided
 
 
 @subroutine()
-def polish(curve, shape, points, weights, order, angles, starts, spare_order, spare_angles, sums, out):
+def polish(curve, shape, points, weights, order, angles, room):
     """Improve the `angles` (n,), rad, of points in an `order` (n,), both in place; the order may be rotated.
 
-    The points (n, 2) have weights (n,). `starts`, `spare_order`, `spare_angles`, `sums` and `out` are room for n + 1
-    and n integers, n and 3 numbers, and what the curve fills.
+    The points (n, 2) have weights (n,).
     """
-    n = len(order)
+    n, starts = len(order), room.starts
+    room.settled[:] = 0
+    m = _bring_in_order(order, weights, angles, starts)
     for _ in range(_MOST_ROUNDS):
-        m = _bring_in_order(order, weights, angles, starts)
-        is_changed = False
-        while m > 1 and angles[n - 1] >= angles[0] + TURN:  # the ends meet
-            rotate(order, angles, n - starts[m - 1], spare_order, spare_angles)
-            m = _bring_in_order(order, weights, angles, starts)
-        for block in range(m):
-            first, stop = starts[block], starts[block + 1]
-            _fill_mean(order, points, weights, first, stop, sums)
-            angle = _move(curve, shape, angles[first], sums[0], sums[1], sums[2], out)
-            for i in range(first, stop):
-                angles[i] = angle
-        for block in range(1, m):
-            is_changed |= angles[starts[block]] < angles[starts[block - 1]]
-        is_changed |= angles[n - 1] > angles[0] + TURN
-        if not is_changed and not _divide(curve, shape, order, points, weights, angles, starts, m, out):
+        m = _pool(curve, shape, order, points, weights, angles, m, room)
+        if angles[n - 1] >= angles[0] + TURN and m > 1:  # the ends meet
+            while m > 1 and angles[n - 1] >= angles[0] + TURN:
+                rotate(order, angles, n - starts[m - 1], room.spare_order, room.spare_angles)
+                m = _bring_in_order(order, weights, angles, starts)
+            room.settled[:] = 0
+        elif not _divide(curve, shape, order, points, weights, angles, m, room):
             break
+        m = _bring_in_order(order, weights, angles, starts)
     _bring_in_order(order, weights, angles, starts)
