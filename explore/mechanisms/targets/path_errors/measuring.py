@@ -18,8 +18,9 @@ from explore.mechanisms.targets.path_errors.curve import (
     fill_distances,
     place_on_chord,
 )
-from explore.mechanisms.targets.path_errors.ordering import MOST_WAITING, ascend_from, choose_order, follows_forwards
-from explore.mechanisms.targets.path_errors.polishing import IntArray, Room, make_room, polish
+from explore.mechanisms.targets.path_errors.ordering import Search, ascend_from, choose_order, make_search
+from explore.mechanisms.targets.path_errors.polishing import Room, make_room, polish
+from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN
 from explore.model.quantities import FloatArray
 
 # Measures of a design: weighted rms distance, largest distance, and the turn of the crank, rad.
@@ -60,13 +61,7 @@ class _Buffers(NamedTuple):
     xs: FloatArray
     ys: FloatArray
     out: FloatArray
-    distances: FloatArray
-    sums: FloatArray
-    waiting: IntArray
-    chords: IntArray
-    forwards: IntArray
-    backwards: IntArray
-    order: IntArray
+    search: Search
     angles: FloatArray
     room: Room
 
@@ -74,24 +69,19 @@ class _Buffers(NamedTuple):
 @subroutine(allocates=True)
 def _allocate_buffers(n):
     return _Buffers(
-        np.empty(MANY_CHORDS + 1), np.empty(MANY_CHORDS + 1), np.empty(CURVE_SIZE), np.empty((n, 2 * MANY_CHORDS)),
-        np.empty((n + 1, 2 * MANY_CHORDS)), np.empty((MOST_WAITING, 2), np.int64), np.empty((3, n), np.int64),
-        np.arange(n), np.arange(n)[::-1].copy(), np.empty(n, np.int64), np.empty(n), make_room(n),
+        np.empty(MANY_CHORDS + LANES_OF_TURN), np.empty(MANY_CHORDS + LANES_OF_TURN), np.empty(CURVE_SIZE),
+        make_search(n, MANY_CHORDS), np.empty(n), make_room(n),
     )  # fmt: skip
 
 
-@subroutine(allocates=True)
+@subroutine()
 def _order_points(curve, shape, points, weights, rays, count, buffers, own):
     """Fill the best crank angles of points; return the sense, their sum, that of the chords, and the arcs' height."""
     n, xs, ys = len(points), buffers.xs, buffers.ys
     height = fill_corners(curve, shape, rays, count, buffers.out, xs, ys)
-    fill_distances(points, weights, xs, ys, count, buffers.distances)
-    is_forwards = follows_forwards(buffers.distances, count)
-    first, second = (buffers.forwards, buffers.backwards) if is_forwards else (buffers.backwards, buffers.forwards)
-    order, angles, chords = buffers.order, buffers.angles, buffers.chords
-    total, is_first = choose_order(
-        buffers.distances, count, first, second, buffers.sums, buffers.waiting, chords, order
-    )
+    fill_distances(points, weights, xs, ys, count, buffers.search.distances)
+    total, is_forwards = choose_order(count, buffers.search)
+    order, angles, chords = buffers.search.order, buffers.angles, buffers.search.chords
     for i in range(n):
         angles[i] = place_on_chord(points[order[i], 0], points[order[i], 1], xs, ys, count, chords[0, i])
     leader = order[0]
@@ -102,7 +92,7 @@ def _order_points(curve, shape, points, weights, rays, count, buffers, own):
         curve(shape, math.cos(own[i]), math.sin(own[i]), buffers.out)
         dx, dy = buffers.out[0] - points[i, 0], buffers.out[1] - points[i, 1]
         cost += weights[i] * (dx * dx + dy * dy)
-    return 1.0 if is_first == is_forwards else -1.0, cost, total, height
+    return 1.0 if is_forwards else -1.0, cost, total, height
 
 
 @compiled(types.void(CURVE, _F2, _F2, _F1, types.boolean, _F2, _F2, _F2), allocates=True)

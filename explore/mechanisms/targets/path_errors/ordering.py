@@ -6,76 +6,118 @@ a branch and bound whose bounds are the sums that it looks for.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import MANY_CHORDS, TURN
+from explore.mechanisms.targets.path_errors.curve import TURN
+from explore.mechanisms.targets.path_errors.rows import (
+    LANES,
+    LANES_OF_TURN,
+    chord_at,
+    fill_sums,
+    least_of,
+    place_in_two,
+)
+from explore.model.quantities import FloatArray
 
-#: Largest number of waiting intervals: each division adds one, and an interval is divided less often than it is long.
-MOST_WAITING = MANY_CHORDS + 2
+IntArray = npt.NDArray[np.int64]
+
+#: Margin of bounds for the rounding of sums, relative.
+_MARGIN = 1e-9
 
 
-@subroutine(no_alias=True)
-def _sum_four(first, second, third, fourth, before, start, length, sums):
-    """Fill four rows of sums from the row before: each the least up to its chord of its distance and the row's sum."""
-    a, b, c, d = math.inf, math.inf, math.inf, math.inf
-    for k in range(length):
-        a = min(a, before[k] + first[start + k])
-        b = min(b, a + second[start + k])
-        c = min(c, b + third[start + k])
-        d = min(d, c + fourth[start + k])
-        sums[0, k], sums[1, k], sums[2, k], sums[3, k] = a, b, c, d
+class Search(NamedTuple):
+    """Arrays for the search of the order of n points: `distances` are those to the chords of a turn, see `rows`.
+
+    Row i + 1 of `sums` and `entering` is of the points up to i in the order; the first row of `chords` receives the
+    best chords of the points in the `order` found.
+    """
+
+    distances: FloatArray
+    least: FloatArray
+    sums: FloatArray
+    entering: FloatArray
+    waiting: IntArray
+    chords: IntArray
+    forwards: IntArray
+    backwards: IntArray
+    order: IntArray
 
 
-@subroutine(no_alias=True)
-def _sum_one(row, before, start, length, sums):
-    least = math.inf
-    for k in range(length):
-        least = min(least, before[k] + row[start + k])
-        sums[k] = least
+@subroutine(allocates=True)
+def make_search(n, most):
+    """Room for n points and at most so many chords of a turn."""
+    # each division adds an interval, and an interval is divided less often than it is long
+    return Search(
+        np.empty((n, most)), np.empty(n), np.empty((n + 1, 2 * most)), np.empty((n + 1, LANES)),
+        np.empty((most + 2, 2), np.int64), np.empty((3, n), np.int64), np.arange(n), np.arange(n)[::-1].copy(),
+        np.empty(n, np.int64),
+    )  # fmt: skip
 
 
 @subroutine()
-def _find_chords(distances, count, order, first, last, sums, chords):
+def _fill_starts(parts, first, last, sums):
+    """Fill the sums before the first point: 0 for the chords that it may be on."""
+    for lane in range(LANES):
+        for j in range(parts):
+            k = lane * parts + j
+            sums[j * LANES + lane] = 0.0 if first <= k < last else math.inf
+
+
+@subroutine()
+def _trace(parts, first, end, n, search, chords):
+    """Fill the chords of the points whose sum is that up to the end, each the first with its sum."""
+    k = end
+    for i in range(n, 0, -1):
+        sums, entering = search.sums[i], search.entering[i]
+        own = min(sums[place_in_two(k, parts)], entering[k // parts])
+        lane, j = k // parts, k % parts
+        while k > first:
+            j -= 1
+            if j < 0:
+                lane, j = lane - 1, parts - 1
+            if min(sums[j * LANES + lane], entering[lane]) != own:
+                break
+            k -= 1
+        chords[i - 1] = k
+
+
+@subroutine()
+def _find_chords(count, order, first, last, limit, search, chords):
     """Fill the best chords of the points in an order, the first between two starts; return the sum.
 
-    Row i + 1 of `sums` is of the points up to i in the order.
+    It is infinity where the points so far and the least distances of the others show that it is not below the limit.
     """
-    n, length = len(order), last - first + count
-    for k in range(length):
-        sums[0, k] = 0.0 if k < last - first else math.inf
-    # the first point alone, because its chords are bounded
-    _sum_one(distances[order[0]], sums[0], first, length, sums[1])
-    i = 1
-    while i + 4 <= n:
-        _sum_four(
-            distances[order[i]], distances[order[i + 1]], distances[order[i + 2]], distances[order[i + 3]], sums[i],
-            first, length, sums[i + 1 : i + 5],
-        )  # fmt: skip
-        i += 4
-    while i < n:
-        _sum_one(distances[order[i]], sums[i], first, length, sums[i + 1])
-        i += 1
-    k = length - 1
-    for i in range(n - 1, -1, -1):
-        while k > 0 and sums[i + 1, k - 1] == sums[i + 1, k]:
-            k -= 1
-        chords[i] = first + k
-    return sums[n, length - 1]
+    n, parts, end = len(order), count // LANES_OF_TURN, last - 1 + count
+    sums, entering = search.sums, search.entering
+    _fill_starts(parts, first, last, sums[0])
+    entering[0, :] = math.inf
+    place, lane, rest, total = place_in_two(end, parts), end // parts, 0.0, 0.0
+    for i in range(n):
+        rest += search.least[i]
+    for i in range(n):
+        point = order[i]
+        fill_sums(search.distances[point], sums[i], entering[i], parts, sums[i + 1], entering[i + 1])
+        rest -= search.least[point]
+        total = min(sums[i + 1, place], entering[i + 1, lane])
+        if (total + rest) * (1.0 - _MARGIN) >= limit:
+            return math.inf
+    _trace(parts, first, end, n, search, chords)
+    return total
 
 
 @subroutine()
-def search_order(distances, count, order, limit, sums, waiting, chords, best_chords):
-    """Fill the best chords of the points in an order, and return their sum; infinity if it is not below a limit.
-
-    `distances` (n, 2 count) are those of the points to the chords of two turns; `sums`, `waiting` and `chords` are room
-    for n + 1 rows of 2 count sums, for MOST_WAITING intervals, and for n chords.
-    """
-    n, best, found = len(order), limit, math.inf
+def _search_order(count, order, limit, search, best_chords):
+    """Fill the best chords of the points in an order, and return their sum; infinity if it is not below a limit."""
+    n, best, found, chords, waiting = len(order), limit, math.inf, search.chords[0], search.waiting
     waiting[0, 0], waiting[0, 1], left = 0, count, 1
     while left > 0:
         left -= 1
         first, last = waiting[left, 0], waiting[left, 1]
-        total = _find_chords(distances, count, order, first, last, sums, chords)
+        total = _find_chords(count, order, first, last, best, search, chords)
         if total >= best:
             continue
         excess = chords[n - 1] - chords[0] - count
@@ -93,15 +135,22 @@ def search_order(distances, count, order, limit, sums, waiting, chords, best_cho
 
 
 @subroutine()
-def follows_forwards(distances, count):
+def nearest_chord(row, parts):
+    """The chord of the least number of the row of a turn."""
+    least = least_of(row, parts)
+    for place in range(parts * LANES_OF_TURN):
+        if row[place] == least:
+            return chord_at(place, parts)
+    return 0
+
+
+@subroutine()
+def _follows_forwards(count, search):
     """Whether the nearest chords of the points follow each other rather in the sense of the crank."""
-    balance, before = 0, 0
+    n, parts, balance, before = len(search.least), count // LANES_OF_TURN, 0, 0
     # the last point, for the step to the first one, then all
-    for i in range(-1, len(distances)):
-        row, nearest = distances[i], 0
-        for k in range(1, count):
-            if row[k] < row[nearest]:
-                nearest = k
+    for i in range(-1, n):
+        nearest = nearest_chord(search.distances[i], parts)
         if i >= 0:
             step = (nearest - before) % count
             balance += (1 if 2 * step < count else -1) if step > 0 else 0
@@ -110,15 +159,21 @@ def follows_forwards(distances, count):
 
 
 @subroutine()
-def choose_order(distances, count, first, second, sums, waiting, chords, order):
-    """Fill the better of two orders and, in the first row, its chords; return its sum, and whether it is first."""
-    total = search_order(distances, count, first, math.inf, sums, waiting, chords[0], chords[1])
-    other = search_order(distances, count, second, total, sums, waiting, chords[0], chords[2])
+def choose_order(count, search):
+    """Fill the better order of points, and its chords, of so many of a turn; return its sum, and if it is forwards."""
+    n = len(search.least)
+    for i in range(n):
+        search.least[i] = least_of(search.distances[i], count // LANES_OF_TURN)
+    # the likely sense first, because the search in the other one ends where it cannot be better
+    is_forwards = _follows_forwards(count, search)
+    first, second = (search.forwards, search.backwards) if is_forwards else (search.backwards, search.forwards)
+    total = _search_order(count, first, math.inf, search, search.chords[1])
+    other = _search_order(count, second, total, search, search.chords[2])
     is_first = total <= other
-    for i in range(len(order)):
-        order[i] = first[i] if is_first else second[i]
-        chords[0, i] = chords[1, i] if is_first else chords[2, i]
-    return min(total, other), is_first
+    for i in range(n):
+        search.order[i] = first[i] if is_first else second[i]
+        search.chords[0, i] = search.chords[1, i] if is_first else search.chords[2, i]
+    return min(total, other), is_first == is_forwards
 
 
 @subroutine()

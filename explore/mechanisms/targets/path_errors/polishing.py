@@ -10,13 +10,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, FEW_CHORDS, TURN
+from explore.mechanisms.targets.path_errors.ordering import IntArray
 from explore.model.quantities import FloatArray
-
-IntArray = npt.NDArray[np.int64]
 
 #: Largest number of Newton's steps of a block.
 _MOST_STEPS = 40

@@ -4,19 +4,24 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from numba import types
 
 from explore.base.compiling import compiled
 from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
 from explore.mechanisms.targets.path_errors.measuring import place_points
-from explore.mechanisms.targets.path_errors.ordering import MOST_WAITING, ascend_from, choose_order
+from explore.mechanisms.targets.path_errors.ordering import (
+    IntArray,
+    Search,
+    ascend_from,
+    choose_order,
+    make_search,
+    nearest_chord,
+)
+from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, place_of
 from explore.mechanisms.targets.pose_errors.link import ANGLE, LINK_SIZE, X, Y, fill_link, wrap
 from explore.mechanisms.targets.pose_errors.polishing import polish_each, polish_in_order, sum_of_squares
 from explore.model.quantities import FloatArray
-
-IntArray = npt.NDArray[np.int64]
 
 # Measures of a design: largest distance, largest error of the angle, rad, the root mean square of distances and angles
 # at the lever, and the turn of the crank, rad.
@@ -39,13 +44,7 @@ class _Buffers(NamedTuple):
     link: FloatArray
     slopes: FloatArray
     corners: FloatArray
-    distances: FloatArray
-    sums: FloatArray
-    waiting: IntArray
-    chords: IntArray
-    forwards: IntArray
-    backwards: IntArray
-    order: IntArray
+    search: Search
     angles: FloatArray
     starts: IntArray
     spare_order: IntArray
@@ -56,9 +55,8 @@ class _Buffers(NamedTuple):
 def _allocate_buffers(n):
     return _Buffers(
         np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3),
-        np.empty((N_CHORDS + 1, 3)), np.empty((n, 2 * N_CHORDS)), np.empty((n + 1, 2 * N_CHORDS)),
-        np.empty((MOST_WAITING, 2), np.int64), np.empty((3, n), np.int64), np.arange(n), np.arange(n)[::-1].copy(),
-        np.empty(n, np.int64), np.empty(n), np.empty(n + 1, np.int64), np.empty(n, np.int64), np.empty(n),
+        np.empty((N_CHORDS + 1, 3)), make_search(n, N_CHORDS), np.empty(n), np.empty(n + 1, np.int64),
+        np.empty(n, np.int64), np.empty(n),
     )  # fmt: skip
 
 
@@ -85,7 +83,7 @@ def _find_part(pose, lever, corners, k):
 
 @subroutine()
 def _fill_chords(curve, shape, poses, lever, buffers):
-    """Fill the corners of the chords, and the squared distances of the poses to these, of two turns."""
+    """Fill the corners of the chords, and the squared distances of the poses to these."""
     for k in range(N_CHORDS + 1):
         fill_link(curve, shape, k * (TURN / N_CHORDS), buffers.out, buffers.link)
         buffers.corners[k, 0], buffers.corners[k, 1], buffers.corners[k, 2] = (
@@ -96,23 +94,18 @@ def _fill_chords(curve, shape, poses, lever, buffers):
     for i in range(len(poses)):
         for k in range(N_CHORDS):
             square = _find_part(poses[i], lever, buffers.corners, k)[1]
-            buffers.distances[i, k], buffers.distances[i, N_CHORDS + k] = square, square
+            buffers.search.distances[i, place_of(k, N_CHORDS // LANES_OF_TURN)] = square
 
 
 @subroutine()
 def _choose_chords(is_ordered, buffers):
     """Fill the order of the poses and their chords: the best in either sense, or of each pose alone."""
-    order, chords = buffers.order, buffers.chords
+    search, parts = buffers.search, N_CHORDS // LANES_OF_TURN
     if is_ordered:
-        forwards, backwards = buffers.forwards, buffers.backwards
-        choose_order(buffers.distances, N_CHORDS, forwards, backwards, buffers.sums, buffers.waiting, chords, order)
+        choose_order(N_CHORDS, search)
         return
-    for i in range(len(order)):
-        nearest = 0
-        for k in range(1, N_CHORDS):
-            if buffers.distances[i, k] < buffers.distances[i, nearest]:
-                nearest = k
-        order[i], chords[0, i] = i, nearest
+    for i in range(len(search.order)):
+        search.order[i], search.chords[0, i] = i, nearest_chord(search.distances[i], parts)
 
 
 @subroutine()
@@ -122,15 +115,15 @@ def _find_angles(curve, shape, poses, lever, is_ordered, buffers, own):
     _fill_chords(curve, shape, poses, lever, buffers)
     _choose_chords(is_ordered, buffers)
     for i in range(n):
-        chord = buffers.chords[0, i]
-        part = _find_part(poses[buffers.order[i]], lever, buffers.corners, chord % N_CHORDS)[0]
+        chord = buffers.search.chords[0, i]
+        part = _find_part(poses[buffers.search.order[i]], lever, buffers.corners, chord % N_CHORDS)[0]
         buffers.angles[i] = (chord + part) * (TURN / N_CHORDS)
-    leader = buffers.order[0]
+    leader = buffers.search.order[0]
     if not is_ordered:
-        polish_each(curve, shape, poses, lever, buffers.order, buffers.angles, buffers)
+        polish_each(curve, shape, poses, lever, buffers.search.order, buffers.angles, buffers)
     else:
-        polish_in_order(curve, shape, poses, lever, buffers.order, buffers.angles, buffers)
-    ascend_from(leader, buffers.order, buffers.angles, own)
+        polish_in_order(curve, shape, poses, lever, buffers.search.order, buffers.angles, buffers)
+    ascend_from(leader, buffers.search.order, buffers.angles, own)
 
 
 @compiled(types.void(CURVE, _F2, _F2, types.float64, types.boolean, _F2, _F2), allocates=True)
@@ -156,7 +149,7 @@ def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
         total, far, turned = 0.0, 0.0, 0.0
         for i in range(m):
             fill_link(curve, shape, own[i], buffers.out, buffers.link)
-            total += sum_of_squares(buffers.link, placed, lever, buffers.forwards, i, i + 1, buffers.slopes)
+            total += sum_of_squares(buffers.link, placed, lever, buffers.search.forwards, i, i + 1, buffers.slopes)
             far = max(far, math.hypot(buffers.link[X] - placed[i, 0], buffers.link[Y] - placed[i, 1]))
             turned = max(turned, abs(wrap(buffers.link[ANGLE] - placed[i, 2])))
         measures[k, PLACE], measures[k, TURNED], measures[k, RMS] = far, turned, math.sqrt(total / m)
