@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from studies import sweep_text
-from test_linkage_range import LIMITED, STUDY
+from test_linkage_range import LENGTHS, LIMITED, STUDY
 
 import explore
 from browser.chromium import settle, silent_page
@@ -26,13 +26,14 @@ def test_the_page_moves_a_linkage_over_its_range(page):
     angles = np.linspace(-50.0, 50.0, 11)
     found = page.evaluate(
         """(angles) => {
-            const motion = exploreReport.motionOf(exploreReport.page.model.study.motion, {a: 60, speed: 1}, "none");
+            const lengths = {r1: 60, r2: 80, r3: 50, r4: 100, speed: 1};
+            const motion = exploreReport.motionOf(exploreReport.page.model.study.motion, lengths, "none");
             return { span: motion.span, values: angles.map(angle => motion.at(angle).rocker_velocity) };
         }""",
         angles.tolist(),
     )
     assert found["span"] == [-50.0, 50.0]
-    exact = explore.simulate(explore.Linkage(LIMITED), {"a": 60.0}, angles=angles)["rocker_velocity"]
+    exact = explore.simulate(explore.Linkage(LIMITED), LENGTHS | {"r1": 60.0}, angles=angles)["rocker_velocity"]
     np.testing.assert_allclose(found["values"], exact, rtol=1e-12, atol=1e-13 * np.abs(exact).max())
     slider = page.locator("#design input[type=range]")
     assert (slider.get_attribute("min"), slider.get_attribute("max")) == ("-50", "50")

@@ -1,4 +1,4 @@
-"""Full turns of signals of which nothing is known, with as many equal steps as resolve them: 64, 128 or 256.
+"""Full turns of signals of which nothing is known, with as many equal steps as resolve them: 64 to 256.
 
 What samples tell of the error of a turn's mean and variance are projections: the Fourier coefficients of the highest
 orders, and the differences of the signal from its interpolant at a few more angles, which show what equal steps cannot
