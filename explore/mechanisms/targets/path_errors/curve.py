@@ -30,10 +30,11 @@ def fill_corners(curve, shape, rays, count, out, xs, ys):
     The last corners of lanes follow the others. `rays` has the cosines and sines of MANY_CHORDS angles.
     """
     stride, parts = MANY_CHORDS // count, count // LANES_OF_TURN
-    for k in range(count):
-        place = place_of(k, parts)
-        curve(shape, rays[0, k * stride], rays[1, k * stride], out)
-        xs[place], ys[place] = out[0], out[1]
+    for lane in range(LANES_OF_TURN):
+        for part in range(parts):
+            ray, place = (lane * parts + part) * stride, part * LANES_OF_TURN + lane
+            curve(shape, rays[0, ray], rays[1, ray], out)
+            xs[place], ys[place] = out[0], out[1]
     for lane in range(LANES_OF_TURN):
         xs[count + lane], ys[count + lane] = xs[(lane + 1) % LANES_OF_TURN], ys[(lane + 1) % LANES_OF_TURN]
     height, before = 0.0, count - 1

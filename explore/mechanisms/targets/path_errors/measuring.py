@@ -18,7 +18,13 @@ from explore.mechanisms.targets.path_errors.curve import (
     fill_distances,
     place_on_chord,
 )
-from explore.mechanisms.targets.path_errors.ordering import Search, ascend_from, choose_order, make_search
+from explore.mechanisms.targets.path_errors.ordering import (
+    Search,
+    ascend_from,
+    choose_order,
+    follows_forwards,
+    make_search,
+)
 from explore.mechanisms.targets.path_errors.polishing import Room, make_room, polish
 from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN
 from explore.model.quantities import FloatArray
@@ -75,24 +81,24 @@ def _allocate_buffers(n):
 
 
 @subroutine()
-def _order_points(curve, shape, points, weights, rays, count, buffers, own):
-    """Fill the best crank angles of points; return the sense, their sum, that of the chords, and the arcs' height."""
+def _order_points(curve, shape, points, weights, rays, count, likely, buffers, own, measures):
+    """Fill the best crank angles of points and their distances; return the sense, the chords' sum, the arcs' height.
+
+    The `likely` sense is 1, -1, or 0 if it is not known.
+    """
     n, xs, ys = len(points), buffers.xs, buffers.ys
     height = fill_corners(curve, shape, rays, count, buffers.out, xs, ys)
     fill_distances(points, weights, xs, ys, count, buffers.search.distances)
-    total, is_forwards = choose_order(count, buffers.search)
+    is_likely = likely > 0.0 if likely != 0.0 else follows_forwards(count, buffers.search)
+    total, is_forwards = choose_order(count, is_likely, buffers.search)
     order, angles, chords = buffers.search.order, buffers.angles, buffers.search.chords
     for i in range(n):
         angles[i] = place_on_chord(points[order[i], 0], points[order[i], 1], xs, ys, count, chords[0, i])
     leader = order[0]
     polish(curve, shape, points, weights, order, angles, buffers.room)
     ascend_from(leader, order, angles, own)
-    cost = 0.0
-    for i in range(n):
-        curve(shape, math.cos(own[i]), math.sin(own[i]), buffers.out)
-        dx, dy = buffers.out[0] - points[i, 0], buffers.out[1] - points[i, 1]
-        cost += weights[i] * (dx * dx + dy * dy)
-    return 1.0 if is_forwards else -1.0, cost, total, height
+    measure(curve, shape, points, weights, own, buffers.out, measures)
+    return 1.0 if is_forwards else -1.0, total, height
 
 
 @compiled(types.void(CURVE, _F2, _F2, _F1, types.boolean, _F2, _F2, _F2), allocates=True)
@@ -105,7 +111,7 @@ def measure_ordered(curve, designs, points, weights, is_closed, rays, measures, 
     N_MEASURES), and `angles` (n, m), the crank angles from the frame, rad, which ascend or descend.
     """
     m, buffers, placed = len(points), _allocate_buffers(len(points)), np.empty((len(points), 2))
-    finer, weight = np.empty(m), weights.sum()
+    finer, others, root = np.empty(m), np.empty(N_MEASURES), math.sqrt(weights.sum())
     for k in range(len(designs)):
         own = angles[k]
         if math.isnan(designs[k, 0]):
@@ -113,10 +119,11 @@ def measure_ordered(curve, designs, points, weights, is_closed, rays, measures, 
             continue
         shape = designs[k, : designs.shape[1] - POSE_SIZE]
         place_points(points, designs[k, designs.shape[1] - POSE_SIZE :], placed)
-        sense, cost, bound, height = _order_points(curve, shape, placed, weights, rays, FEW_CHORDS, buffers, own)
-        if math.sqrt(cost) - math.sqrt(bound) > height * math.sqrt(weight):
-            other_sense, other, _, _ = _order_points(curve, shape, placed, weights, rays, MANY_CHORDS, buffers, finer)
-            if other < cost:
-                sense, own[:] = other_sense, finer
-        measure(curve, shape, placed, weights, own, buffers.out, measures[k])
+        sense, bound, height = _order_points(
+            curve, shape, placed, weights, rays, FEW_CHORDS, 0.0, buffers, own, measures[k]
+        )
+        if root * measures[k, RMS] - math.sqrt(bound) > height * root:
+            other, _, _ = _order_points(curve, shape, placed, weights, rays, MANY_CHORDS, sense, buffers, finer, others)
+            if others[RMS] < measures[k, RMS]:
+                sense, own[:], measures[k] = other, finer, others
         measures[k, SPAN] = TURN if is_closed else sense * (own[m - 1] - own[0])

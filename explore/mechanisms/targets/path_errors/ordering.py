@@ -25,6 +25,8 @@ from explore.model.quantities import FloatArray
 
 IntArray = npt.NDArray[np.int64]
 
+#: Number of points whose nearest chords tell the likely sense.
+_ENOUGH = 64
 #: Margin of bounds for the rounding of sums, relative.
 _MARGIN = 1e-9
 
@@ -145,11 +147,15 @@ def nearest_chord(row, parts):
 
 
 @subroutine()
-def _follows_forwards(count, search):
-    """Whether the nearest chords of the points follow each other rather in the sense of the crank."""
+def follows_forwards(count, search):
+    """Whether the nearest chords of the points follow each other rather in the sense of the crank.
+
+    Of very many points some are enough.
+    """
     n, parts, balance, before = len(search.least), count // LANES_OF_TURN, 0, 0
+    stride = 1 + n // _ENOUGH
     # the last point, for the step to the first one, then all
-    for i in range(-1, n):
+    for i in range(-1, n, stride):
         nearest = nearest_chord(search.distances[i], parts)
         if i >= 0:
             step = (nearest - before) % count
@@ -159,13 +165,14 @@ def _follows_forwards(count, search):
 
 
 @subroutine()
-def choose_order(count, search):
-    """Fill the better order of points, and its chords, of so many of a turn; return its sum, and if it is forwards."""
+def choose_order(count, is_forwards, search):
+    """Fill the better order of points, and its chords, of so many of a turn; return its sum, and if it is forwards.
+
+    The likely sense comes first, because the search in the other one ends where it cannot be better.
+    """
     n = len(search.least)
     for i in range(n):
         search.least[i] = least_of(search.distances[i], count // LANES_OF_TURN)
-    # the likely sense first, because the search in the other one ends where it cannot be better
-    is_forwards = _follows_forwards(count, search)
     first, second = (search.forwards, search.backwards) if is_forwards else (search.backwards, search.forwards)
     total = _search_order(count, first, math.inf, search, search.chords[1])
     other = _search_order(count, second, total, search, search.chords[2])

@@ -58,8 +58,8 @@ def make_room(n):
 def _turn(cosine, sine, step):
     """Cosine and sine of an angle after a step of at most _STEP: series whose next terms are below rounding."""
     h = step * step
-    across = step * (1.0 - h / 6.0 * (1.0 - h / 20.0 * (1.0 - h / 42.0 * (1.0 - h / 72.0))))
-    along = 1.0 - h / 2.0 * (1.0 - h / 12.0 * (1.0 - h / 30.0 * (1.0 - h / 56.0)))
+    across = step * (1.0 - h * (1.0 / 6.0 - h * (1.0 / 120.0 - h * (1.0 / 5040.0 - h * (1.0 / 362880.0)))))
+    along = 1.0 - h * (0.5 - h * (1.0 / 24.0 - h * (1.0 / 720.0 - h * (1.0 / 40320.0))))
     return cosine * along - sine * across, sine * along + cosine * across
 
 
@@ -83,6 +83,8 @@ def _move(curve, shape, angle, weight, x, y, out):
         bend = square + dx * out[4] + dy * out[5]
         step = -slope / (bend if bend > 0.1 * square else square)
         step = min(max(step, -_STEP), _STEP)
+        if abs(step) <= _SHORT:
+            return angle + step, True
         near_cosine, near_sine = _turn(cosine, sine, step)
         found = _excess(curve, shape, near_cosine, near_sine, weight, x, y, out)
         while found > cost and abs(step) > _SHORT:
@@ -92,8 +94,6 @@ def _move(curve, shape, angle, weight, x, y, out):
         if found > cost:
             return angle, True  # rounding
         angle, cosine, sine, cost = angle + step, near_cosine, near_sine, found
-        if abs(step) <= _SHORT:
-            return angle, True
     return angle, False
 
 

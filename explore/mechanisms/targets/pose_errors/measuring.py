@@ -15,6 +15,7 @@ from explore.mechanisms.targets.path_errors.ordering import (
     Search,
     ascend_from,
     choose_order,
+    follows_forwards,
     make_search,
     nearest_chord,
 )
@@ -102,7 +103,7 @@ def _choose_chords(is_ordered, buffers):
     """Fill the order of the poses and their chords: the best in either sense, or of each pose alone."""
     search, parts = buffers.search, N_CHORDS // LANES_OF_TURN
     if is_ordered:
-        choose_order(N_CHORDS, search)
+        choose_order(N_CHORDS, follows_forwards(N_CHORDS, search), search)
         return
     for i in range(len(search.order)):
         search.order[i], search.chords[0, i] = i, nearest_chord(search.distances[i], parts)
