@@ -80,7 +80,7 @@ def run(order: dict[str, Any]) -> int:
     if "arguments" in order:
         sys.argv = ["explore", *order["arguments"]]
     else:  # run only the writer, with the error handling of the command line
-        explore.cli._command = lambda: lambda: write(order)
+        explore.cli.command = lambda: lambda: write(order)
     try:
         explore.cli.main()
     except SystemExit as end:
