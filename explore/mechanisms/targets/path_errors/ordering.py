@@ -19,6 +19,7 @@ from explore.mechanisms.targets.path_errors.rows import (
     chord_at,
     fill_sums,
     least_of,
+    make_rows,
     place_in_two,
 )
 from explore.model.quantities import FloatArray
@@ -54,7 +55,7 @@ def make_search(n, most):
     """Room for n points and at most so many chords of a turn."""
     # each division adds an interval, and an interval is divided less often than it is long
     return Search(
-        np.empty((n, most)), np.empty(n), np.empty((n + 1, 2 * most)), np.empty((n + 1, LANES)),
+        make_rows(n, most), np.empty(n), make_rows(n + 1, 2 * most), make_rows(n + 1, LANES),
         np.empty((most + 2, 2), np.int64), np.empty((3, n), np.int64), np.arange(n), np.arange(n)[::-1].copy(),
         np.empty(n, np.int64),
     )  # fmt: skip
@@ -72,18 +73,15 @@ def _fill_starts(parts, first, last, sums):
 @subroutine()
 def _trace(parts, first, end, n, search, chords):
     """Fill the chords of the points whose sum is that up to the end, each the first with its sum."""
-    k = end
+    k, lane, part = end, end // parts, end % parts
     for i in range(n, 0, -1):
         sums, entering = search.sums[i], search.entering[i]
-        own = min(sums[place_in_two(k, parts)], entering[k // parts])
-        lane, j = k // parts, k % parts
+        own = min(sums[part * LANES + lane], entering[lane])
         while k > first:
-            j -= 1
-            if j < 0:
-                lane, j = lane - 1, parts - 1
-            if min(sums[j * LANES + lane], entering[lane]) != own:
+            left, before = (lane, part - 1) if part > 0 else (lane - 1, parts - 1)
+            if min(sums[before * LANES + left], entering[left]) != own:
                 break
-            k -= 1
+            k, lane, part = k - 1, left, before
         chords[i - 1] = k
 
 

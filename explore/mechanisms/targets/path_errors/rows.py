@@ -7,6 +7,7 @@ whose lanes are few, by itself.
 
 import math
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -18,9 +19,19 @@ from explore.base.subroutines import subroutine
 LANES_OF_TURN = 8
 #: The same of two turns.
 LANES = 2 * LANES_OF_TURN
+#: Number of doubles of a line of the cache.
+_LINE = 8
 
 _DOUBLE = ir.DoubleType()
 _INFINITE = ir.Constant(ir.VectorType(_DOUBLE, LANES), [math.inf] * LANES)
+
+
+@subroutine(allocates=True)
+def make_rows(n, size):
+    """Room for n rows, each from the beginning of a line of the cache on, else loads of vectors take twice as long."""
+    numbers = np.empty(n * size + _LINE)
+    first = (_LINE - np.int64(numbers.ctypes.data) // numbers.itemsize % _LINE) % _LINE
+    return numbers[first : first + n * size].reshape(n, size)
 
 
 @subroutine()
