@@ -21,8 +21,9 @@ from studies import box, sweep_text
 import explore
 from explore.analysis.certifying.balls import PRECISIONS
 from explore.analysis.certifying.certification import certify_designs
-from explore.analysis.certifying.designs import _BINARY, _UNARY, Design
+from explore.analysis.certifying.designs import Design
 from explore.analysis.certifying.four_bar_shape import classify
+from explore.analysis.certifying.functions import BINARY, UNARY
 from explore.analysis.certifying.integration import integrate_over
 from explore.analysis.certifying.positions import full_turn
 from explore.analysis.certifying.registry import find_certificate
@@ -365,7 +366,7 @@ def test_windows_are_strokes(window, drive, product, stroke):
 )  # fmt: skip
 def test_functions_of_formulas_at_their_edges(name, numbers, value):
     """None where a formula has no value."""
-    found = (_UNARY if len(numbers) == 1 else _BINARY)[name](*map(arb, numbers))
+    found = (UNARY if len(numbers) == 1 else BINARY)[name](*map(arb, numbers))
     assert found is None if value is None else found.contains(value)
 
 

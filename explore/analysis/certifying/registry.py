@@ -6,14 +6,18 @@ from explore.analysis.certifying.contract import MakeCertificate
 from explore.base.errors import RequestError
 
 _MODULES = {"crank-rocker": "crank_rocker", "slider-crank": "slider_crank"}
+#: Beginning of the names of mechanisms of tables.
+_OF_TABLES = "linkage-"
 
 
 def find_certificate(mechanism: str) -> MakeCertificate:
     """The maker of certificates of a mechanism; `RequestError` if it has none."""
-    if mechanism not in _MODULES:
+    is_table = mechanism.startswith(_OF_TABLES)
+    if not is_table and mechanism not in _MODULES:
         raise RequestError(
             f"designs of {mechanism} cannot be certified: there is no proof of its numbers yet; "
-            f"available: {', '.join(_MODULES)}"
+            f"available: {', '.join(_MODULES)} and tables"
         )
-    make: MakeCertificate = import_module(f"explore.analysis.certifying.{_MODULES[mechanism]}").certify
+    module = "linkage" if is_table else _MODULES[mechanism]
+    make: MakeCertificate = import_module(f"explore.analysis.certifying.{module}").certify
     return make

@@ -59,7 +59,8 @@ def certify_row(design: Design, row: Mapping[str, float]) -> Proof:
     if status in _NOT_COMPUTED:
         proof.open.append(f"nothing was computed: {Status(status).label}")
         return proof
-    _check_status(design, row, proof)
+    with _open_if_unproved(proof):
+        _check_status(design, row, proof)
     for metric in design.request.metrics:
         with _open_if_unproved(proof):
             _check_metric(design, metric, row, proof)

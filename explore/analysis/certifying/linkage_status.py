@@ -1,0 +1,122 @@
+"""Whether a linkage of a table assembles at all angles of a turn or an interval, and the middles of its angles."""
+
+from functools import cached_property
+
+from flint import arb
+
+from explore.analysis.certifying.balls import UnprovedError
+from explore.analysis.certifying.linkage_graph import BallGraph, Function
+from explore.analysis.certifying.positions import Arc
+from explore.analysis.certifying.subdivision import MOST_CELLS, Cell, cells_of, over_cell
+from explore.mechanisms.linkages.cells import NODES
+from explore.mechanisms.linkages.directions import DIRECTION_NODES
+from explore.mechanisms.linkages.statuses import CANNOT_ASSEMBLE, blocked_at
+from explore.model.status import Status
+
+#: Least factor that is told from 0, over the size of its terms: ten times the rounding that the program allows for.
+_ROOM = 1e-13
+#: Largest swing of a link whose angle is followed, rad; the program follows 6.
+_LARGEST_SWING = 5.9
+#: Least distance of the first angle of a link from half a turn, rad: nearer ones may be on either side.
+_LEAST_DISTANCE = 1e-9
+
+
+class Turning:
+    """Signs of the factors of a linkage over a turn, or over an arc."""
+
+    def __init__(self, graph: BallGraph, arc: Arc | None) -> None:
+        self._graph, self._arc = graph, arc
+        self._joints = list(dict.fromkeys(factor.joint for factor in graph.equations.factors))
+
+    @property
+    def start(self) -> arb:
+        """The first angle at which the program looks, rad."""
+        return self._arc.start.angle if self._arc else -arb.pi() / 2
+
+    @property
+    def length(self) -> arb:
+        """The length of the turn or the arc, rad."""
+        return self._arc.length if self._arc else 2 * arb.pi()
+
+    def nodes(self) -> list[arb]:
+        """The angles at which the program follows the directions of links, rad."""
+        return [self.start + self.length * k / DIRECTION_NODES for k in range(DIRECTION_NODES + 1)]
+
+    @cached_property
+    def status(self) -> int:
+        """The status; `UnprovedError` where a factor is too close to 0 to tell, or none was decided."""
+        factors = self._graph.equations.factors
+        values = self._graph.function([factor.value.terms[0] for factor in factors])
+        sizes = self._graph.function([factor.size or factor.value.terms[0] for factor in factors])
+        count = 2 * (NODES - 1)
+        blocked = [self._blocked(values, sizes, self.start + self.length * k / count) for k in range(count + 1)]
+        first = [k for k in blocked if k >= 0]
+        if not first:
+            return self._between_nodes(values, sizes)
+        if self._arc is None and len(first) == len(blocked):
+            if self._is_blocked_throughout(values):
+                return CANNOT_ASSEMBLE
+            raise UnprovedError("whether it assembles at some angle is not decided")
+        return blocked_at(self._joints.index(factors[min(first)].joint))
+
+    def _blocked(self, values: Function, sizes: Function, angle: arb) -> int:
+        """The first factor that is negative at an angle; -1 for none."""
+        for k, (value, size) in enumerate(zip(values(angle), sizes(angle), strict=True)):
+            room = abs(size) * arb(_ROOM) if self._graph.equations.factors[k].size else arb(0)
+            if value < -room:
+                return k
+            if not value > room:
+                raise UnprovedError(f"whether {self._graph.equations.factors[k].joint} assembles is not decided")
+        return -1
+
+    def _between_nodes(self, values: Function, sizes: Function) -> int:
+        """The status of a linkage that assembles at all nodes."""
+        waiting, count = cells_of(self.start, self.start + self.length), 0
+        while waiting:
+            cell, count = waiting.pop(), count + 1
+            if self._is_positive(values, sizes, cell):
+                continue
+            blocked = self._blocked(values, sizes, cell.middle)
+            if blocked >= 0:
+                if len(self._joints) > 1:
+                    raise UnprovedError("which joint blocks the driver first is not decided")
+                return blocked_at(0)
+            if count > MOST_CELLS:
+                raise UnprovedError("whether the driver turns is not decided")
+            waiting += cell.halves()
+        return int(Status.OK)
+
+    def _is_positive(self, values: Function, sizes: Function, cell: Cell) -> bool:
+        """Whether all factors are certainly positive in a cell, beyond what rounding tells."""
+        series, room = values.series_over(cell.middle, cell.half), sizes(cell.middle)
+        for k, factor in enumerate(self._graph.equations.factors):
+            least, _, _ = over_cell(series[k], cell.half)
+            if not least > (abs(room[k]) * arb(_ROOM) if factor.size else 0):
+                return False
+        return True
+
+    def _is_blocked_throughout(self, values: Function) -> bool:
+        """Whether at each angle some factor is certainly negative whose joint hangs on others that assemble."""
+        waiting, count = cells_of(self.start, self.start + self.length), 0
+        while waiting:
+            cell, count = waiting.pop(), count + 1
+            if count > MOST_CELLS:
+                return False
+            if not any(value < 0 for value in values(cell.middle + arb(0, cell.half.upper()))):
+                waiting += cell.halves()
+        return True
+
+
+def find_reference(graph: BallGraph, link: str, angles: list[arb]) -> float:
+    """The middle of the angles of a link, rad, which tells them from those a turn away."""
+    function = graph.function([part.terms[0] for part in graph.equations.directions[link]])
+    cosine, sine = function(angles[0])
+    first = float(arb.atan2(sine, cosine).mid())
+    turn = least = greatest = 0.0
+    for angle in angles[1:]:
+        c, s = function(angle)
+        turn += float(arb.atan2(cosine * s - sine * c, cosine * c + sine * s).mid())
+        least, greatest, cosine, sine = min(least, turn), max(greatest, turn), c, s
+    if not (greatest - least < _LARGEST_SWING and abs(first) < 3.141592653589793 - _LEAST_DISTANCE):
+        raise UnprovedError(f"the angle of {link} has no rigorous road: it turns fully, or nearly so")
+    return first + 0.5 * (least + greatest)

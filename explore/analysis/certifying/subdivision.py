@@ -1,0 +1,151 @@
+"""Extremes of functions of the input angle by subdivision, from their Taylor series in balls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from flint import arb, ctx
+
+from explore.analysis.certifying.balls import UndecidedError, UnprovedError
+
+#: Number of cells of an arc at first.
+_FIRST_CELLS = 24
+#: Largest number of cells that are looked at.
+MOST_CELLS = 2000
+#: Largest radius of an extreme that is no peak, over its size, as a power of 2.
+_NARROW = -80
+#: Largest number of steps of Newton's method.
+_MOST_STEPS = 12
+
+
+class Expandable(Protocol):
+    """Functions of an angle that have Taylor series."""
+
+    def series(self, angle: arb) -> list[list[arb]]:
+        """Taylor coefficients of each about an angle."""
+
+    def series_over(self, middle: arb, half: arb) -> list[list[arb]]:
+        """The same about the middle of a cell of half a width; the last one is that about all angles of the cell."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """The angles from `middle` less `half` to `middle` and `half`; its number is its own in a subdivision."""
+
+    number: int
+    middle: arb
+    half: arb
+
+    def halves(self) -> list[Cell]:
+        """Its two halves."""
+        half = self.half / 2
+        return [
+            Cell(2 * self.number, self.middle - half, half),
+            Cell(2 * self.number + 1, self.middle + half, half),
+        ]
+
+
+def cells_of(start: arb, stop: arb) -> list[Cell]:
+    """The cells of an arc at first."""
+    half = (stop - start) / (2 * _FIRST_CELLS)
+    return [Cell(_FIRST_CELLS + k, start + (2 * k + 1) * half, half) for k in range(_FIRST_CELLS)]
+
+
+def over_cell(terms: Sequence[arb], half: arb) -> tuple[arb, arb, arb]:
+    """A function and its first and second derivatives over a cell, from coefficients of `series_over`."""
+    offset, value, slope, bend = arb(0, half.upper()), arb(0), arb(0), arb(0)
+    for k in range(len(terms) - 1, -1, -1):
+        value = value * offset + terms[k]
+        slope = slope * offset + k * terms[k] if k > 0 else slope
+        bend = bend * offset + k * (k - 1) * terms[k] if k > 1 else bend
+    return value, slope, bend
+
+
+def extremes_by_subdivision(
+    function: Expandable, name: str, start: arb, stop: arb, *, is_turn: bool
+) -> tuple[arb, arb]:
+    """Smallest and largest value of the first function over an arc; over a turn, it is the same at both ends.
+
+    `UnprovedError` names the function where they are not decided.
+    """
+    search = _Search(function, name, start, stop, is_turn)
+    return -search.largest(-1), search.largest(1)
+
+
+@dataclass
+class _Search:
+    """The search for the largest value of a function times a sign; what is known of cells is kept."""
+
+    function: Expandable
+    name: str
+    start: arb
+    stop: arb
+    is_turn: bool
+    known: dict[int, tuple[arb, arb, arb, arb]] = field(default_factory=dict)
+
+    def largest(self, sign: int) -> arb:
+        """The largest value.
+
+        A cell in which the function is monotonic has its largest value at an end, which is one of another cell too or
+        one of the arc.
+        """
+        waiting, count = cells_of(self.start, self.stop), 0
+        found = [] if self.is_turn else [sign * self._series(end)[0] for end in (self.start, self.stop)]
+        least = arb.neg_inf()
+        for value in [*found, *(sign * self._over(cell)[3] for cell in waiting)]:
+            least = least.max(value.lower()) if value.is_finite() else least
+        while waiting:
+            cell, count = waiting.pop(), count + 1
+            if count > MOST_CELLS:
+                raise UnprovedError(f"extremes of {self.name} are not decided by {MOST_CELLS} cells")
+            value, slope, bend, _ = (sign * each for each in self._over(cell))
+            if value.is_finite() and (value < least or slope > 0 or slope < 0):
+                continue
+            peaks = None
+            if value.is_finite() and value.rad() <= value.abs_upper() * arb(2) ** _NARROW:
+                peaks = [value]
+            elif value.is_finite() and bend < 0:
+                peaks = self._peaks(cell, sign)
+            if peaks is None:
+                waiting += cell.halves()
+                continue
+            found += peaks
+            for peak in peaks:
+                least = least.max(peak.lower())
+        if not found:
+            raise UndecidedError
+        result = found[0]
+        for value in found[1:]:
+            result = result.max(value)
+        return result
+
+    def _series(self, angle: arb) -> list[arb]:
+        return self.function.series(angle)[0]
+
+    def _over(self, cell: Cell) -> tuple[arb, arb, arb, arb]:
+        """The function, its first and second derivatives over a cell, and its value in the middle."""
+        if cell.number not in self.known:
+            terms = self.function.series_over(cell.middle, cell.half)[0]
+            self.known[cell.number] = *over_cell(terms, cell.half), terms[0]
+        return self.known[cell.number]
+
+    def _peaks(self, cell: Cell, sign: int) -> list[arb] | None:
+        """The peak in a cell in which the function is concave: none if it is monotonic, None if that is not decided."""
+        low, high = cell.middle - cell.half, cell.middle + cell.half
+        if sign * self._series(low)[1] < 0 or sign * self._series(high)[1] > 0:
+            return []
+        place, near = cell.middle.mid(), arb(2) ** (-ctx.prec // 2)
+        for _ in range(_MOST_STEPS):
+            _, slope, bend, *_ = self._series(place)
+            step = (slope / (2 * bend)).mid()
+            place = (place - step).mid()
+            if not (place - near > low and place + near < high):
+                return None
+            if abs(step) < near / 4:
+                break
+        if not (sign * self._series(place - near)[1] > 0 and sign * self._series(place + near)[1] < 0):
+            return None
+        offset = arb(0, near)
+        return [sign * (self._series(place)[0] + offset * self._series(place + offset)[1])]

@@ -1,0 +1,205 @@
+"""Certificates of linkages of tables: enclosures beside mpmath, and false rows that must be found."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from flint import arb, ctx
+from linkage_cases import CASES, FOUR_BAR, evaluate_graph, linkage_of, scattered, values_of
+
+import explore
+from explore import Linkage
+from explore.analysis.certifying.balls import UnprovedError
+from explore.analysis.certifying.certification import certify_designs
+from explore.analysis.certifying.designs import Design
+from explore.analysis.certifying.linkage_graph import trace
+from explore.analysis.certifying.means import arc_means, turn_means
+from explore.analysis.certifying.registry import find_certificate
+from explore.mechanisms.linkages.declaration import linkage_mechanism
+from explore.mechanisms.linkages.statuses import CANNOT_ASSEMBLE
+from explore.model.status import Status
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_request
+
+#: The output's rate and its derivative of linkages whose rows are certified.
+OUTPUTS = {
+    "slider-crank": ("guide_velocity", "guide_acceleration"),
+    "watt-2": ("output_velocity", "output_acceleration"),
+    "crank-shaper": ("ram_velocity", "ram_acceleration"),
+}
+STATISTICS = ("mean", "rms", "variance", "min", "max", "peak_to_peak")
+
+
+def metrics_of(name):
+    return [f"{OUTPUTS[name][0]}_{statistic}" for statistic in STATISTICS] + ["transmission_angle_min", "footprint"]
+
+
+def proofs_of(mechanism, rows, metrics, **options):
+    """Verdicts on rows, with their reasons."""
+    request = make_request(mechanism, metrics=metrics, **options)
+    proofs = certify_designs(request, dict(enumerate(rows)), [], is_front=False)
+    return [(proof.verdict, proof.reason) for proof, _ in proofs.values()]
+
+
+def rows_of(linkage, designs, metrics, **options):
+    return explore.evaluate(linkage, designs, metrics=metrics, **options).astype(float).to_dict(orient="records")
+
+
+def true_row(name):
+    """The row of a case, and the mechanism."""
+    linkage = linkage_of(CASES[name])
+    (row,) = rows_of(linkage, values_of(CASES[name]), metrics_of(name), window="cycle", tolerance=1e-10)
+    return linkage_mechanism(linkage.table), row
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_statistics_hold_the_numbers_of_mpmath(name):
+    """Which takes 1,200 equal steps of the turn, and the roots of the derivative."""
+    case, (rate, change) = CASES[name], OUTPUTS[name]
+    linkage = linkage_of(case)
+    _, quantities = trace(linkage.table)
+    numbers = [quantities[each].number for each in (rate, change)]
+    inputs = {f"={value!r}": value for value in _numbers(linkage.table)} | values_of(case)
+    angles = 2 * math.pi * np.arange(1200) / 1200
+    with mpmath.workdps(40):
+
+        def at(angle):
+            return evaluate_graph(numbers, inputs, angle)
+
+        values = [at(2 * mpmath.pi * k / 1200)[0] for k in range(1200)]
+        doubles = np.array(list(map(float, values)))
+        low, high = (
+            at(mpmath.findroot(lambda angle: at(angle)[1], angles[k] + 1e-4))[0]
+            for k in (doubles.argmin(), doubles.argmax())
+        )
+        square = sum(value**2 for value in values) / 1200
+        mean = sum(values) / 1200
+        truth = {
+            "mean": mean, "rms": mpmath.sqrt(square), "variance": square - mean**2,
+            "min": low, "max": high, "peak_to_peak": high - low,
+        }  # fmt: skip
+        truth = {f"{rate}_{statistic}": mpmath.nstr(value, 35) for statistic, value in truth.items()}
+    mechanism = linkage_mechanism(linkage.table)
+    request = make_request(mechanism, metrics=list(truth), window="cycle")
+    design = Design(find_certificate(mechanism.name), values_of(case) | {"speed": 1.0}, request)
+    with ctx.workprec(256):
+        for metric in request.metrics:
+            enclosure = design.enclose(metric)
+            assert enclosure.is_narrow
+            assert abs(enclosure.ball - arb(truth[metric.name])) < 1e-25 * enclosure.scale, metric.name
+
+
+def _numbers(table):
+    equations, _ = trace(table)
+    names = [str(node[1]) for node in equations.graph.nodes if node[0] == "input"]
+    return [float(name[1:]) for name in names if name.startswith("=")]
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_true_rows_are_proved(name):
+    mechanism, row = true_row(name)
+    assert row["status"] == Status.OK
+    assert proofs_of(mechanism, [row], metrics_of(name), window="cycle", tolerance=1e-10) == [("proved", "")]
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_false_rows_are_refuted(name):
+    """Statistics off by one and a half of their bound, another status, and a design that is not feasible."""
+    mechanism, row = true_row(name)
+    room = 1.5 * (row["error"] + 2e-15)
+    rms, rate = row[f"{OUTPUTS[name][0]}_rms"], OUTPUTS[name][0]
+    largest = max(abs(row[f"{rate}_min"]), abs(row[f"{rate}_max"]))
+    scales = {"mean": rms, "rms": rms, "variance": rms**2, "min": largest, "max": largest, "peak_to_peak": largest}
+    changed = {f"{rate}_{statistic}": scale * room for statistic, scale in scales.items()}
+    changed |= {column: row[column] * room for column in ("transmission_angle_min", "footprint")}
+    options = {"window": "cycle", "tolerance": 1e-10}
+    false = [row | {column: row[column] + change} for column, change in changed.items()]
+    for column, (verdict, reason) in zip(
+        changed, proofs_of(mechanism, false, metrics_of(name), **options), strict=True
+    ):
+        assert (verdict, reason.startswith(column)) == ("refuted", True), reason
+    ((verdict, reason),) = proofs_of(mechanism, [row | {"status": 22.0}], metrics_of(name), **options)
+    assert (verdict, reason.startswith("status is ok by exact signs")) == ("refuted", True)
+    angle = row["transmission_angle_min"]
+    options["constraints"] = {"transmission_angle_min": {"min": angle + 0.5}}
+    claim = row | {"feasible": 1.0, "transmission_angle_min_margin": -0.5}
+    ((verdict, reason),) = proofs_of(mechanism, [claim], metrics_of(name), **options)
+    assert (verdict, reason) == ("refuted", "it is not feasible: transmission_angle_min")
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_designs_that_do_not_turn_are_proved(name):
+    """Far from the case many are blocked; a row that says that such a design turns is refuted.
+
+    Open are only designs of which no angle assembles, but not each for the reason of one joint.
+    """
+    linkage, metrics = linkage_of(CASES[name]), metrics_of(name)[:1]
+    designs = scattered(CASES[name], 48, np.random.default_rng(3), 0.9)
+    rows = rows_of(linkage, designs, metrics, window="cycle")
+    blocked = [row for row in rows if row["status"] >= 20 or row["status"] == CANNOT_ASSEMBLE]
+    assert len(blocked) > 6
+    mechanism = linkage_mechanism(linkage.table)
+    proofs = proofs_of(mechanism, blocked, metrics, window="cycle")
+    verdicts = [verdict for verdict, _ in proofs]
+    assert verdicts.count("proved") > 0.8 * len(blocked)
+    assert {reason for _, reason in proofs} <= {"", "whether it assembles at some angle is not decided"}
+    turning = [row | {"status": float(Status.OK), "error": 0.0, "feasible": 1.0} for row in blocked]
+    others = [verdict for verdict, _ in proofs_of(mechanism, turning, metrics, window="cycle")]
+    assert others == ["refuted" if verdict == "proved" else "open" for verdict in verdicts]
+
+
+def test_a_four_bar_has_the_verdicts_of_the_crank_rocker():
+    """On true rows and false ones, with a constraint."""
+    linkage, random = Linkage(FOUR_BAR), np.random.default_rng(5)
+    names = ("r1", "r2", "r3", "r4")
+    lengths = np.array([50.0, 200.0, 150.0, 180.0])[:, None] * (1.0 + 0.3 * random.uniform(-1.0, 1.0, (4, 12)))
+    options = {"window": "cycle", "constraints": {"rocker_velocity_max": {"max": 0.35}}, "tolerance": 1e-10}
+    found = []
+    for which, columns in ((linkage, names), ("crank-rocker", ("crank", "coupler", "rocker", "ground"))):
+        metrics = ["rocker_velocity_rms", "rocker_velocity_max"]
+        rows = rows_of(which, dict(zip(columns, lengths, strict=True)), metrics, **options)
+        false = [row | {"rocker_velocity_rms": row["rocker_velocity_rms"] * (1.0 + 1e-8)} for row in rows]
+        false += [row | {"feasible": 1.0 - row["feasible"]} for row in rows]
+        mechanism = linkage_mechanism(linkage.table) if which is linkage else find_mechanism(which)
+        found.append([verdict for verdict, _ in proofs_of(mechanism, rows + false, metrics, **options)])
+    assert found[0] == found[1]
+    assert found[0][:12] == ["proved"] * 12
+    assert set(found[0][12:]) == {"proved", "refuted"}  # without a velocity, nothing is false
+
+
+def test_what_has_no_road_is_open():
+    """Windows of strokes, and metrics of them."""
+    linkage = linkage_of(CASES["crank-shaper"])
+    mechanism, metrics = linkage_mechanism(linkage.table), ["ram_velocity_max", "time_ratio"]
+    (row,) = rows_of(linkage, values_of(CASES["crank-shaper"]), metrics, window="forward")
+    ((verdict, reason),) = proofs_of(mechanism, [row], metrics, window="forward")
+    assert verdict == "open"
+    assert reason == "strokes of a table have no rigorous road; time_ratio has no rigorous road"
+
+
+def test_means_of_a_function_with_an_antiderivative():
+    """1/(a - cos(theta)), whose integral is 2 arctan(sqrt((a + 1)/(a - 1)) tan(theta/2))/sqrt(a^2 - 1)."""
+    with ctx.workprec(128):
+        a = arb(5) / 4
+        root = (a * a - 1).sqrt()
+
+        def function(angle):
+            return 1 / (a - angle.cos())
+
+        def integral(angle):
+            return 2 * (((a + 1) / (a - 1)).sqrt() * (angle / 2).tan()).atan() / root
+
+        def close(ball, true):
+            return ball.overlaps(true) and ball.rad() < 1e-25
+
+        mean, square = turn_means(function, "")
+        assert close(mean, 1 / root)
+        assert close(square, a / root**3)
+        start, stop = arb(-1), arb(2)
+        mean, _ = arc_means(function, start, stop, "")
+        assert close(mean, (integral(stop) - integral(start)) / 3)
+        with pytest.raises(UnprovedError, match="too close"):
+            turn_means(lambda angle: 1 / (1 - angle.cos()), "too close")
+        with pytest.raises(UnprovedError, match="too close"):
+            arc_means(lambda angle: 1 / (1 - angle.cos()), start, stop, "too close")
