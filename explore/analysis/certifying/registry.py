@@ -4,15 +4,14 @@ from importlib import import_module
 
 from explore.analysis.certifying.contract import MakeCertificate
 from explore.base.errors import RequestError
+from explore.mechanisms.linkages.table import PREFIX
 
 _MODULES = {"crank-rocker": "crank_rocker", "slider-crank": "slider_crank"}
-#: Beginning of the names of mechanisms of tables.
-_OF_TABLES = "linkage-"
 
 
 def find_certificate(mechanism: str) -> MakeCertificate:
     """The maker of certificates of a mechanism; `RequestError` if it has none."""
-    is_table = mechanism.startswith(_OF_TABLES)
+    is_table = mechanism.startswith(PREFIX)
     if not is_table and mechanism not in _MODULES:
         raise RequestError(
             f"designs of {mechanism} cannot be certified: there is no proof of its numbers yet; "

@@ -163,7 +163,7 @@ def dimension(unit: str) -> tuple[int, int, int]:
 
 @functools.cache
 def _registry() -> pint.UnitRegistry[Fraction]:
-    import pint  # takes 0.9 s with its definitions, needed only for units that are not common
+    import pint  # takes 0.4 s with its definitions, needed only for units that are not common
 
     registry: pint.UnitRegistry[Fraction] = pint.UnitRegistry(non_int_type=Fraction)
     registry.define("@alias turn = rev")

@@ -21,7 +21,7 @@ from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.signals import find_quantities
 from explore.mechanisms.linkages.statuses import declare_statuses
 from explore.mechanisms.linkages.steps import find_steps
-from explore.mechanisms.linkages.table import LinkageTable
+from explore.mechanisms.linkages.table import PREFIX, LinkageTable
 from explore.mechanisms.linkages.turning import ROUNDING
 from explore.model.declaration import INTERVAL_ROWS, own_row
 from explore.model.mechanism import Mechanism
@@ -144,7 +144,7 @@ def _declare(
     if any(formula.name == "transmission_angle_min" for formula in formulas):
         defaults.insert(0, "transmission_angle_min")
     return Mechanism(
-        name=f"linkage-{table.digest[:12]}",
+        name=f"{PREFIX}{table.digest[:12]}",
         summary="a planar linkage that a table describes",
         parameters=tuple(_parameters(table)),
         signals=signals,

@@ -14,6 +14,8 @@ from typing import Literal
 
 #: The body that does not move.
 FRAME = "frame"
+#: Beginning of the names of mechanisms of tables.
+PREFIX = "linkage-"
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ class Motion(Protocol):
         """Names of parameters and metrics that the shapes of designs follow from."""
 
     def function(self) -> Any:
-        """The compiled function, of a signature of `mechanisms.targets.curve`."""
+        """The compiled function, of the signature of `mechanisms.targets.path_errors.curve`."""
 
     def shapes(self, inputs: FloatArray) -> FloatArray:
         """What the function takes of designs, (n, k), from their inputs, (n, p); NaN first where there is no motion."""

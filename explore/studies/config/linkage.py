@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from explore.base.errors import ConfigError, KeyPath, Problems, ResultsError
-from explore.mechanisms.linkages.table import LinkageTable
+from explore.mechanisms.linkages.table import PREFIX, LinkageTable
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.mechanism import Mechanism
 from explore.studies.config import toml_text
@@ -25,9 +25,6 @@ from explore.studies.request.names import find_mechanism
 
 if TYPE_CHECKING:
     from explore.results.store.results import Results
-
-#: Beginning of the names of mechanisms of tables.
-_PREFIX = "linkage-"
 
 
 @dataclass(frozen=True, init=False, repr=False)
@@ -244,7 +241,7 @@ def mechanism_of(results: Results) -> Mechanism:
 
 def mechanism_source(results: Results) -> str | Linkage:
     """The name of the mechanism of results, or the linkage that their study describes; errors as of `mechanism_of`."""
-    if not results.mechanism.startswith(_PREFIX):
+    if not results.mechanism.startswith(PREFIX):
         return results.mechanism
     problems: Problems = []
     sections = results.sections
