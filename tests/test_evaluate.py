@@ -226,6 +226,27 @@ def test_input_may_be_a_table_with_its_own_index():
     assert explore.evaluate("crank-rocker", table, metrics=["cv"]).index.tolist() == list("abcde")
 
 
+def test_arrays_are_those_of_the_table():
+    designs = {"crank": [30.0, 40.0], "coupler": 200.0, "rocker": 80.0, "ground": 201.0, "speed": "40 rpm"}
+    question = {"metrics": ["cv", "swing_angle"], "constraints": {"cv": {"max": 1.0}}}
+    arrays = explore.evaluate("crank-rocker", designs, **question, table=False)
+    table = explore.evaluate("crank-rocker", designs, **question)
+    assert list(arrays) == list(table)
+    for name, column in arrays.items():
+        assert column.dtype == table[name].dtype
+        np.testing.assert_array_equal(column, table[name])
+
+
+def test_attributes_of_a_table_are_its_own():
+    designs = {"crank": 30.0, "coupler": 200.0, "rocker": 80.0, "ground": 201.0, "speed": 40.0}
+    first = explore.evaluate("crank-rocker", designs).attrs
+    first["labels"]["status"].clear()
+    first["units"].clear()
+    second = explore.evaluate("crank-rocker", designs).attrs
+    assert second["labels"]["status"]
+    assert second["units"]["crank"] == "mm"
+
+
 @pytest.mark.parametrize(
     ("designs", "message"),
     [

@@ -16,6 +16,7 @@ from explore.base.compiling import INTEGRALS
 from explore.evaluation.positions import Position, WindowPositions
 from explore.evaluation.quadrature.bounds import ROUNDING
 from explore.evaluation.quadrature.integrals import integrate
+from explore.evaluation.remembering import remembered
 from explore.evaluation.sampled import statistics_tolerance
 from explore.evaluation.statistics import moment_statistic, unit_factor
 from explore.evaluation.windows import interval_half_tangents, specify_window
@@ -40,6 +41,7 @@ class KnownStatistics:
     is_known: npt.NDArray[np.bool_]
 
 
+@remembered
 def known_metrics(request: Request) -> tuple[SampledMetric, ...]:
     """The metrics of a request that are computed without samples where their bound meets the tolerance.
 

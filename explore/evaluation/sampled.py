@@ -23,6 +23,7 @@ from explore.evaluation.quadrature.rules import gauss_legendre_rules
 from explore.evaluation.quadrature.slots import BOUND, MEAN, N_STATISTICS, VARIANCE
 from explore.evaluation.quadrature.tails import LARGEST_EXCESS
 from explore.evaluation.quadrature.work_space import Sizes, Tables, make_work_space
+from explore.evaluation.remembering import remembered
 from explore.evaluation.statistics import Indices, error_of, is_power, statistic_of, statistics_beside_moments
 from explore.evaluation.windows import interval_place, specify_window
 from explore.model.mechanism import ClosedFormResult, Mechanism
@@ -113,7 +114,18 @@ def sample_metrics(
 
     `parameters` (p, u) are those of the closed form, whose result is `closed`.
     """
-    quadrature, result = request.kernel.quadrature, SampledStatistics.empty(len(closed.status))
+    result = SampledStatistics.empty(len(closed.status))
+    for quadrature, group in _groups(request, metrics):
+        result.add(_sample(request, group, quadrature, parameters, active, closed))
+    return result
+
+
+@remembered
+def _groups(
+    request: Request, metrics: tuple[SampledMetric, ...]
+) -> tuple[tuple[Quadrature, tuple[SampledMetric, ...]], ...]:
+    """The metrics that each quadrature samples."""
+    quadrature = request.kernel.quadrature
     adaptive = _adaptive(quadrature)
     # A corner between the nodes of a rule may hide from its check.
     regular = tuple(metric for metric in metrics if not metric.signal.has_corners)
@@ -124,13 +136,8 @@ def sample_metrics(
         )
     if isinstance(quadrature, Adaptive):
         regular, quadrature = tuple(metric for metric in regular if metric.window.kind == "turn"), Resolved()
-    for group_quadrature, group in (
-        (quadrature, regular),
-        (adaptive, tuple(metric for metric in metrics if metric not in regular)),
-    ):
-        if group:
-            result.add(_sample(request, group, group_quadrature, parameters, active, closed))
-    return result
+    groups = ((quadrature, regular), (adaptive, tuple(metric for metric in metrics if metric not in regular)))
+    return tuple((own, group) for own, group in groups if group)
 
 
 def _adaptive(quadrature: Quadrature) -> Adaptive:
@@ -150,14 +157,12 @@ def _sample(
 ) -> SampledStatistics:
     """Sample metrics by one quadrature; see `sample_metrics`."""
     mechanism, status = request.kernel, closed.status
-    bounded = {metric for derived in request.derived for metric in derived.sampled}
-    tables = _make_tables(mechanism, metrics, bounded)
-    tolerance = statistics_tolerance(request)
+    tables = _make_tables(request, metrics)
     statistics = np.full((tables.slots.max() + 1, len(status)), np.nan)
     result, excess = SampledStatistics.empty(len(status)), np.zeros(len(status))
 
     def run(designs: Indices, quadrature: Quadrature, corners: Collection[str]) -> None:
-        sizes, loop_tables = _loop_arguments(request, tables, tolerance, quadrature, corners)
+        sizes, loop_tables = _loop_arguments(request, metrics, quadrature, frozenset(corners))
         sample(
             mechanism.close, mechanism.fill, mechanism.disturbed_fill or mechanism.fill, sizes, loop_tables, parameters,
             closed.constants, designs, statistics, result.nodes, result.error, excess,
@@ -180,7 +185,7 @@ def _sample(
     for metric in metrics:
         slots = tables.slots_of(metric)
         result.values[metric.name] = statistic_of(metric, statistics, slots, request.tolerance)
-        if metric in bounded:
+        if slots[BOUND] >= 0:
             result.errors[metric.name] = error_of(metric, statistics, slots, result.values[metric.name])
     return result
 
@@ -205,14 +210,15 @@ def statistics_tolerance(request: Request) -> float:
     return _FINEST_TOLERANCE if request.is_finest else _INPUT_TOLERANCE_FACTOR * request.tolerance
 
 
+@remembered
 def _loop_arguments(
-    request: Request, tables: _LoopTables, tolerance: float, quadrature: Quadrature, corners: Collection[str]
+    request: Request, metrics: tuple[SampledMetric, ...], quadrature: Quadrature, corners: frozenset[str]
 ) -> tuple[Sizes, Tables]:
     """Arguments of the compiled loop; `explore.evaluation.quadrature.work_space` describes them.
 
     `corners` are the names of signals whose zeros are corners of others.
     """
-    mechanism, windows = request.kernel, tables.windows
+    mechanism, tables = request.kernel, _make_tables(request, metrics)
     singularities = quadrature.singularities
     singular = [*singularities, *[(-1, -1)] * (MOST_SINGULARITIES - len(singularities))]
     singular_rows, singular_anchors = np.array(singular, dtype=np.int64).T.copy()
@@ -228,17 +234,20 @@ def _loop_arguments(
     )  # fmt: skip
     size_of, row_of, rules = gauss_legendre_rules()
     return sizes, Tables(
-        np.array([specify_window(mechanism, window, request.drive) for window in windows], dtype=np.int64),
-        np.array([interval_place(mechanism, window) for window in windows]),
+        np.array([specify_window(mechanism, window, request.drive) for window in tables.windows], dtype=np.int64),
+        np.array([interval_place(mechanism, window) for window in tables.windows]),
         np.array([mechanism.marks[name] for name in request.breaks], dtype=np.int64),
         singular_rows, singular_anchors, needs, tables.flags, tables.orders, tables.term_rows,
-        tables.references, corner_rows, tables.slots, float(tolerance), isinstance(quadrature, Adaptive),
-        isinstance(quadrature, Located), isinstance(quadrature, Resolved), size_of, row_of, rules, turn_factors(),
+        tables.references, corner_rows, tables.slots, float(statistics_tolerance(request)),
+        isinstance(quadrature, Adaptive), isinstance(quadrature, Located), isinstance(quadrature, Resolved),
+        size_of, row_of, rules, turn_factors(),
     )  # fmt: skip
 
 
-def _make_tables(mechanism: Mechanism, metrics: tuple[SampledMetric, ...], bounded: set[SampledMetric]) -> _LoopTables:
-    """The tables of sampled metrics; those in `bounded` need a bound of their own error."""
+@remembered
+def _make_tables(request: Request, metrics: tuple[SampledMetric, ...]) -> _LoopTables:
+    """The tables of sampled metrics; those that derived metrics depend on have a bound of their own error."""
+    mechanism, bounded = request.kernel, {metric for derived in request.derived for metric in derived.sampled}
     windows = tuple(dict.fromkeys(metric.window for metric in metrics))
     shape = (len(windows), mechanism.signal_rows)
     needs, flags = np.zeros(len(windows), dtype=np.int64), np.zeros(shape, dtype=np.int64)

@@ -1,6 +1,6 @@
 """Windows: parts of the turn that statistics are taken over."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Literal
 
@@ -33,8 +33,9 @@ class Window:
     kind: Literal["turn", "arc", "drive", "return", "clutch", "interval"]
     ends: tuple[str, ...] = ()
     needs_stroke: bool = True
-    start: Fraction = Fraction(0)
-    stop: Fraction = Fraction(0)
+    # without hashes: that of a fraction takes longer than all the rest
+    start: Fraction = field(default=Fraction(0), hash=False)
+    stop: Fraction = field(default=Fraction(0), hash=False)
 
     @property
     def is_whole(self) -> bool:

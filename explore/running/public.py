@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import pickle
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, get_args, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -16,9 +17,12 @@ from explore.evaluation.evaluate import (
     evaluate_columns,
     output_columns,
 )
+from explore.evaluation.remembering import remembered
 from explore.mechanisms.registry import MECHANISMS
+from explore.model.columns import Arrays
 from explore.model.points import COORDINATES
 from explore.model.progress import ReportProgress
+from explore.model.request import Request
 from explore.results.ranking.rankings import RankRequest, rank_source
 from explore.results.ranking.reasons import warning_of_nothing
 from explore.results.store.open_results import open_results
@@ -113,6 +117,39 @@ def sweep(
     return results
 
 
+class _Question(TypedDict, total=False):
+    """What `evaluate` computes."""
+
+    metrics: Sequence[str] | str | None
+    window: str | Mapping[str, float | str] | None
+    drive: str | None
+    constraints: Mapping[str, Mapping[str, float | str]] | None
+    tolerance: float
+    formulas: Mapping[str, Mapping[str, str]] | None
+    points: Sequence[str] | str
+    target: TargetOrSection | None
+
+
+@overload
+def evaluate(
+    mechanism: str | Linkage,
+    designs: Mapping[str, npt.ArrayLike] | pd.DataFrame,
+    *,
+    table: Literal[True] = True,
+    **question: Unpack[_Question],
+) -> pd.DataFrame: ...
+
+
+@overload
+def evaluate(
+    mechanism: str | Linkage,
+    designs: Mapping[str, npt.ArrayLike] | pd.DataFrame,
+    *,
+    table: Literal[False],
+    **question: Unpack[_Question],
+) -> Arrays: ...
+
+
 def evaluate(
     mechanism: str | Linkage,
     designs: Mapping[str, npt.ArrayLike] | pd.DataFrame,
@@ -125,7 +162,8 @@ def evaluate(
     formulas: Mapping[str, Mapping[str, str]] | None = None,
     points: Sequence[str] | str = (),
     target: TargetOrSection | None = None,
-) -> pd.DataFrame:
+    table: bool = True,
+) -> pd.DataFrame | Arrays:
     """Evaluate designs, each with as few samples of its motion as the tolerance allows.
 
     Parameters
@@ -154,10 +192,12 @@ def evaluate(
         "knife" are where it is: along the link from the crank's pin, and across it counter-clockwise.
     target
         What the linkage is to do, as for `Study`, such as ``{"kind": "path", "points": [[0, 0], [10, 5], [20, 0]]}``.
+    table
+        Whether to return a table; False for arrays, which take less time where a solver asks for one design at a time.
 
     Returns
     -------
-    DataFrame
+    DataFrame, or dict of arrays
         One row for each design: parameters, metrics, margins, nodes, error, feasible (bool), status (int8).
         ``attrs["units"]`` has the unit of each column, ``attrs["labels"]`` the words for the codes of ``status`` and
         other columns, ``attrs["kinematic_evaluations"]`` the number of geometries sampled; ``attrs`` also "senses",
@@ -169,8 +209,6 @@ def evaluate(
         If a name, a window, a bound or the shape of the designs is invalid. A design that cannot be computed raises no
         error: its ``status`` is the code of the reason.
     """
-    import pandas as pd
-
     declared = find_mechanism(mechanism, [points] if isinstance(points, str) else points, target)
     request = make_request(
         declared, metrics=metrics, window=window, drive=drive, constraints=constraints, tolerance=tolerance,
@@ -182,19 +220,32 @@ def evaluate(
     if unavailable:
         raise RequestError("\n".join(reason for _, reason in unavailable))
     evaluation = evaluate_columns(request, columns)
-    index = designs.index if isinstance(designs, pd.DataFrame) else None
-    feasible = evaluation.columns["feasible"].astype(bool)
-    frame = pd.DataFrame({**evaluation.columns, "feasible": feasible}, index=index)
-    shown = [column for column in output_columns(request, list(columns)) if column.name in frame]
-    frame.attrs["units"] = {column.name: column.unit for column in shown}
-    frame.attrs["labels"] = {column.name: dict(column.labels) for column in shown if column.labels}
+    computed = {**evaluation.columns, "feasible": evaluation.columns["feasible"].astype(bool)}
+    if not table:
+        return computed
+    import pandas as pd
+
+    frame = pd.DataFrame(computed, index=designs.index if isinstance(designs, pd.DataFrame) else None)
+    frame.attrs.update(pickle.loads(_attributes(request, tuple(computed))))  # noqa: S301  (bytes of this process)
     frame.attrs["kinematic_evaluations"] = evaluation.kinematic_evaluations
-    frame.attrs["senses"] = {metric.name: metric.sense for metric in request.metrics}
-    # As in a study without objectives: those of the mechanism that are computed.
-    objectives = [make_objective(request, text) for text in declared.objectives if text.partition(":")[0] in frame]
-    frame.attrs["objectives"] = [f"{objective.metric}:{objective.sense}" for objective in objectives]
-    frame.attrs["constraints"] = {c.metric.name: {"min": c.minimum, "max": c.maximum} for c in request.constraints}
     return frame
+
+
+@remembered
+def _attributes(request: Request, names: tuple[str, ...]) -> bytes:
+    """Attributes of the table of a request with columns of these names, pickled: each table has its own."""
+    shown = [column for column in output_columns(request, names) if column.name in names]
+    # As in a study without objectives: those of the mechanism that are computed.
+    texts = [text for text in request.mechanism.objectives if text.partition(":")[0] in names]
+    objectives = [make_objective(request, text) for text in texts]
+    attributes = {
+        "units": {column.name: column.unit for column in shown},
+        "labels": {column.name: dict(column.labels) for column in shown if column.labels},
+        "senses": {metric.name: metric.sense for metric in request.metrics},
+        "objectives": [f"{objective.metric}:{objective.sense}" for objective in objectives],
+        "constraints": {c.metric.name: {"min": c.minimum, "max": c.maximum} for c in request.constraints},
+    }
+    return pickle.dumps(attributes)
 
 
 def simulate(

@@ -70,6 +70,8 @@ def choose_design(results: explore.Results) -> dict[str, float]:
     name: str = next(iter(explore.list_mechanisms()))
     row: pd.DataFrame = explore.evaluate(name, {**design, "speed": "40 rpm"}, metrics="cv", window=results.window)
     assert abs(row["cv"].iloc[0] - best["cv"]) < 1e-9
+    arrays = explore.evaluate(name, design, metrics=["cv"], window=results.window, table=False)
+    assert abs(float(arrays["cv"][0]) - best["cv"]) < 1e-9
     motion: pd.DataFrame = explore.simulate("crank-rocker", design, angles=72, method="closed-form")
     units: dict[str, str] = motion.attrs["units"]
     assert units["rocker_velocity"] == "rad/s"
