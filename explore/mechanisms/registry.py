@@ -7,17 +7,15 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from weakref import WeakValueDictionary
 
 from explore.base.errors import RequestError
 from explore.mechanisms.entry_points import registered_entries, source_of
+from explore.mechanisms.linkages.table import PREFIX, LinkageTable
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import GivenMetric
 from explore.model.targets import Target
-
-if TYPE_CHECKING:
-    from explore.mechanisms.linkages.table import LinkageTable
 
 #: Time after which a package whose module is still being imported is named, s.
 _PATIENCE = 5.0
@@ -135,9 +133,9 @@ def _of_table(
 
 def _reduce(mechanism: Mechanism) -> tuple[Callable[..., Mechanism], tuple[Any, ...]]:
     """How a mechanism is pickled: as its name or its table, so that a worker loads its own compiled functions."""
-    if mechanism.origin is not None:
+    if mechanism.name.startswith(PREFIX):
         names = frozenset(signal.name for signal in mechanism.signals if mechanism.fills(signal))
-        return _of_table, (mechanism.origin, names, mechanism.target, mechanism.given)
+        return _of_table, (mechanism.table, names, mechanism.target, mechanism.given)
     # An extended mechanism has none of its own.
     find = mechanism_by_name if mechanism.extended else _extended_by_name
     return find, (mechanism.name, mechanism.points, mechanism.target, mechanism.given)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
@@ -124,6 +124,9 @@ class Declaration:
         The target, whose parameters and metrics `Mechanism.with_target` adds; None for none.
     given
         Metrics that come with the designs, which `Mechanism.with_given` adds.
+    table
+        The table of the planar linkage that it is, for `explore.mechanisms.linkages`, by its parameters and the names
+        of its drawing; None for a mechanism that no table says.
     """
 
     name: str
@@ -167,6 +170,7 @@ class Declaration:
     targets: Mapping[str, TargetKind] = field(default_factory=dict)
     target: Target | None = None
     given: tuple[GivenMetric, ...] = ()
+    table: Hashable = None
 
     @property
     def default_drive(self) -> str:

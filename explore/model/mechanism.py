@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -84,8 +84,6 @@ class Mechanism(Declaration):
         ``specialise(names, needs_stroke=...)`` is the same mechanism with a kernel that fills the signals and metrics
         of these names and no others, and strokes only if they are needed. None for a mechanism whose kernel is written
         by hand.
-    origin
-        What the mechanism was made from, if it is not registered by name.
     """
 
     close: Callable[..., None]
@@ -97,7 +95,6 @@ class Mechanism(Declaration):
     integrals: Callable[..., None] | None = None
     extended: Mechanism | None = None
     specialise: Callable[..., Mechanism] | None = None
-    origin: Hashable = None
 
     def __post_init__(self) -> None:
         for name in ("close", "fill"):

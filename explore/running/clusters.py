@@ -10,6 +10,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from explore.base.errors import ClusterError, RequestError
+from explore.mechanisms.linkages.table import PREFIX
 from explore.mechanisms.registry import MECHANISMS
 from explore.running.blocks import VERSIONS_THAT_MUST_AGREE, environment_of, environment_there
 from explore.running.threads import LocalThreads
@@ -131,7 +132,7 @@ def _check_workers(client: Client, mechanism: str) -> None:
     """Refuse workers whose versions, of the mechanism of this name too, differ from those of this process."""
     try:
         found = MECHANISMS.get(mechanism)
-        table = found.origin if found else None
+        table = found.table if found and found.name.startswith(PREFIX) else None
         answers = client.run(environment_there, mechanism, table, on_error="return", callback_timeout=CONNECT_TIMEOUT)
     except TimeoutError:
         return  # a worker is silent or slow; the sweep reports it and checks every block it receives

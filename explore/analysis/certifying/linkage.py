@@ -29,7 +29,7 @@ class LinkageOfTable:
     """A linkage of exact parameters; see `explore.analysis.certifying.contract.Certificate`."""
 
     def __init__(self, parameters: Mapping[str, float], request: Request) -> None:
-        table = cast(LinkageTable, request.mechanism.origin)
+        table = cast(LinkageTable, request.mechanism.table)
         self._table, self._parameters, self._request = table, parameters, request
         self._speed = arb(exact(parameters["speed"]))
         self._graph = BallGraph(table, parameters)

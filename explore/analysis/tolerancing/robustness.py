@@ -18,6 +18,7 @@ from explore.analysis.tolerancing.runs import ToleranceRun, write_toleranced
 from explore.analysis.tolerancing.spreads import CHUNK, chunk_deviations
 from explore.base.errors import RequestError
 from explore.base.units.shown import PLAIN, Scale, ShownUnits, in_units
+from explore.mechanisms.linkages.table import PREFIX
 from explore.model.columns import Column
 from explore.model.request import Objective
 from explore.results.store.results import Results
@@ -228,7 +229,7 @@ class TolerancePlan:
         from explore.analysis.tolerancing.slopes import sharpen
 
         request = self.run.request
-        if request.request.mechanism.origin is not None:  # enclosures of tables take up to seconds
+        if request.request.mechanism.name.startswith(PREFIX):  # enclosures of tables take up to seconds
             return list(analyses)
         try:
             find_certificate(request.request.mechanism.name)

@@ -10,6 +10,7 @@ from explore.mechanisms.crank_rocker.second_differences import SECOND_DIFFERENCE
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
+from explore.mechanisms.four_bar_table import four_bar_table
 from explore.mechanisms.targets.function_errors.metrics import declare_functions
 from explore.mechanisms.targets.measures import CompiledMotion
 from explore.mechanisms.targets.path_errors.metrics import PointOfLink, declare_paths
@@ -190,6 +191,7 @@ _EXTENDED = Mechanism(
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
     kernel_version="7",
+    table=four_bar_table("branch"),
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=EXTENDED_SIGNAL_ROWS,

@@ -181,7 +181,7 @@ def _declare(
         panels=linkage_panels(table, signals),
         extended=extended,
         specialise=_Kernels(table),
-        origin=table,
+        table=table,
     )
 
 

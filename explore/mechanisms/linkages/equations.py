@@ -151,7 +151,7 @@ class Equations(Trace):
             self._add_factor(Factor(slot.name, factor, size), inherited)
             root = factor.sqrt()
         self._conditions_of_links[link] = own
-        root = root if self._signs.get(slot.name, 1) > 0 else -root
+        root = self._signed(slot.name, root)
         self.determinants[slot.name] = root.terms[0]
         inverse_square = square.inverse()
         # the slot's direction in the plane: v (root - i across)/D, then turned back by that in the link
@@ -210,7 +210,7 @@ class Equations(Trace):
         self._add_factor(Factor(point, low, size), inherited)
         self._add_factor(Factor(point, high, size), inherited)
         root = (low * high).sqrt()
-        signed = root if self._sign(point) > 0 else -root
+        signed = self._signed(point, root)
         t = signed - dot(w, n)
         self.determinants[point] = signed.terms[0]
         self._know(point, (g[0] + t * n[0], g[1] + t * n[1]), own, point)

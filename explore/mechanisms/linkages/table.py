@@ -38,8 +38,22 @@ class Coordinate:
 #: Two coordinates of a point in the frame of its body.
 Place = tuple[Coordinate, Coordinate]
 
+
+def constant(value: float) -> Coordinate:
+    """The coordinate that is a number."""
+    return Coordinate((), (("number", float(value) + 0.0),))
+
+
+def length(name: str) -> Coordinate:
+    """The coordinate that is a parameter."""
+    return Coordinate((name,), (("input", 0.0),))
+
+
+#: The coordinate 0.
+ZERO = constant(0.0)
+
 #: Stands for the place of a driven pin, which depends on the input angle.
-_DRIVEN: Place = (Coordinate((), (("number", math.nan),)),) * 2
+_DRIVEN: Place = (constant(math.nan),) * 2
 
 
 @dataclass(frozen=True)
@@ -218,6 +232,8 @@ class LinkageTable:
         First and last input angle, deg, of a driver that does not turn fully; None for the full turn.
     loads
         Masses and forces; None for a linkage without.
+    branches
+        Joints whose side is a parameter, 1 or -1, with its name.
     """
 
     driver: str
@@ -231,6 +247,7 @@ class LinkageTable:
     travel: Place | None = None
     limits: tuple[float, float] | None = None
     loads: Loads | None = None
+    branches: tuple[tuple[str, str], ...] = ()
 
     @property
     def bodies(self) -> Iterator[Body]:
@@ -275,14 +292,14 @@ class LinkageTable:
     def moving_names(self) -> frozenset[str]:
         """The parameters that the motion depends on."""
         parts = (self.frame, self.links, self.slots, self.slides, self.travel)
-        return frozenset(_names(parts))
+        return frozenset([*_names(parts), *(name for _, name in self.branches)])
 
     @cached_property
     def digest(self) -> str:
         """A hash of everything that the motion, its signals and their names follow from."""
-        *others, limits, loads = [_plain(getattr(self, field.name)) for field in fields(self)]
+        *others, limits, loads, branches = [_plain(getattr(self, field.name)) for field in fields(self)]
         # Results of before there were limits or loads name their mechanism by a hash without them.
-        content = (*others, *(part for part in (limits, loads) if part))
+        content = (*others, *(part for part in (limits, loads, branches) if part))
         return hashlib.sha256(repr(content).encode()).hexdigest()
 
 

@@ -73,7 +73,8 @@ class Trace:
         graph = self.graph
         self._angle = Input(graph)
         zero, one = graph.constant(0.0), graph.constant(1.0)
-        self._signs = dict(self.table.signs)
+        self._signs: dict[str, int | Number] = dict(self.table.signs)
+        self._signs |= {joint: graph.input(name) for joint, name in self.table.branches}
         self._local = {
             body.name: {point: self._read(place) for point, place in body.points} for body in self.table.bodies
         }
@@ -199,8 +200,13 @@ class Trace:
         size = None if factor.size is None else factor.size * inherited.sqrt()
         self.factors.append(replace(factor, size=size))
 
-    def _sign(self, joint: str) -> int:
+    def _sign(self, joint: str) -> int | Number:
         return self._signs.get(joint, 1)
+
+    def _signed(self, joint: str, root: Series) -> Series:
+        """A root on the side of a joint."""
+        sign = self._sign(joint)
+        return -root if sign == -1 else root * sign
 
     def _distance(self, a: str, b: str) -> tuple[DriverDistance, float] | None:
         """The distance of two points if one is of the frame and one of the driver, and the sense of it from a to b."""

@@ -6,6 +6,7 @@ from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, r
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
+from explore.mechanisms.four_bar_table import four_bar_table
 from explore.mechanisms.rig import columns, extended, kernel
 from explore.mechanisms.rig.columns import ExtendedRow, Row
 from explore.mechanisms.rig.formulas import FORMULAS, SIZING_PARAMETERS
@@ -96,6 +97,7 @@ _EXTENDED = Mechanism(
     default_metrics={"": (*(metric.name for metric in _METRICS), *_SAMPLED_DEFAULTS)},
     objectives=("pin_force_peak", "velocity_thd", "size"),
     kernel_version="4",
+    table=four_bar_table(),
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=columns.EXTENDED_SIGNAL_ROWS,

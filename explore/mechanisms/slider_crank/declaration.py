@@ -9,6 +9,7 @@ from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
 from explore.mechanisms.slider_crank.paths import find_rod_curve
+from explore.mechanisms.slider_crank.table import TABLE
 from explore.mechanisms.targets.path_errors.metrics import PointOfLink, declare_paths
 from explore.mechanisms.targets.pose_errors.metrics import declare_poses
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
@@ -179,6 +180,7 @@ _EXTENDED = Mechanism(
     },
     objectives=("cv", "slider_acceleration_peak", "pressure_angle_max"),
     kernel_version="5",
+    table=TABLE,
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=columns.EXTENDED_SIGNAL_ROWS,

@@ -5,6 +5,7 @@ from typing import Any
 
 from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import (
+    ZERO,
     Body,
     Coordinate,
     Element,
@@ -15,7 +16,7 @@ from explore.mechanisms.linkages.table import (
     TableParameter,
 )
 from explore.studies.linkages.branch import two_sided, words_of
-from explore.studies.linkages.coordinates import ZERO, text_of
+from explore.studies.linkages.coordinates import text_of
 
 #: Largest number that is written without a decimal point.
 _LARGEST_WHOLE = 1e15

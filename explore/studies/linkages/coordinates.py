@@ -10,7 +10,7 @@ from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
 from explore.evaluation.propagation import Bounded, propagate
-from explore.mechanisms.linkages.table import Coordinate, Place
+from explore.mechanisms.linkages.table import ZERO, Coordinate, Place, constant
 from explore.model.expressions import FUNCTIONS, Expression
 from explore.studies.request.formula_text import ANGULAR, MOST_CHARACTERS, parse_formula
 
@@ -21,14 +21,6 @@ _FORMS = 'a number, an expression, [x, y] or { radius = "r", angle = 30 }'
 # Ranks of operations by how strongly they bind their operands, as in formulas.
 _SUM, _PRODUCT, _NEGATION, _POWER, _OPERAND = range(1, 6)
 _OPERATORS = {"+": _SUM, "-": _SUM, "*": _PRODUCT, "/": _PRODUCT, "**": _POWER}
-
-
-def constant(value: float) -> Coordinate:
-    """The coordinate that is a number."""
-    return Coordinate((), (("number", float(value) + 0.0),))
-
-
-ZERO = constant(0.0)
 
 
 def read_place(entry: object, key: KeyPath, problems: Problems) -> Place:

@@ -6,8 +6,8 @@ from typing import Any
 from explore.base.errors import KeyPath
 from explore.base.suggest import closest_name, format_value, suggestion
 from explore.mechanisms.linkages.loads import AMOUNTS
-from explore.mechanisms.linkages.table import FRAME, Coordinate, Element, Loads, Mass, PointForce, carrier
-from explore.studies.linkages.coordinates import ZERO, read_amount, read_pair
+from explore.mechanisms.linkages.table import FRAME, ZERO, Coordinate, Element, Loads, Mass, PointForce, carrier
+from explore.studies.linkages.coordinates import read_amount, read_pair
 from explore.studies.linkages.parameters import Located
 from explore.studies.linkages.structure import SECTION, Structure
 
