@@ -12,6 +12,7 @@ from scipy import stats
 
 from explore.studies.designs import samplers
 from explore.studies.designs.samplers import MOST_SOBOL, SAMPLERS, STRETCH, latin_hypercube, random, sobol
+from explore.studies.designs.sobol import scrambled_sobol
 
 
 @pytest.mark.parametrize("dimensions", [1, 5])
@@ -26,6 +27,17 @@ def test_sobol_is_bit_for_bit_that_of_scipy(dimensions):
     for start in places:
         engine.fast_forward(start - engine.num_generated)
         np.testing.assert_array_equal(sobol(dimensions, start, start + n, MOST_SOBOL, 11), engine.random(n))
+
+
+@pytest.mark.parametrize("dimensions", [2, 40, 200])
+@pytest.mark.parametrize("seed", [0, 2**70])
+def test_sobol_does_without_the_files_of_scipy(dimensions, seed, monkeypatch, tmp_path):
+    own = scrambled_sobol(dimensions, seed)
+    monkeypatch.setattr("explore.studies.designs.sobol._DIRECTIONS", tmp_path / "moved.npz")
+    first, steps = samplers._sobol_basis(dimensions, 2, seed)
+    np.testing.assert_array_equal(own[0], first[0])
+    np.testing.assert_array_equal(own[1][4] ^ own[0], first[16])
+    np.testing.assert_array_equal(own[1][16:18], steps)
 
 
 @pytest.mark.parametrize("count", [1, 2, STRETCH, STRETCH + 1, 2 * STRETCH, 2 * STRETCH + 1])

@@ -9,16 +9,19 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.model.quantities import FloatArray
+from explore.studies.designs.sobol import BITS, scrambled_sobol
 
 #: Number of points that share one stream of random numbers; a power of two, as the Sobol' sequence requires.
 STRETCH = 65_536
-#: Number of points of SciPy's Sobol' sequence of 30 bits.
-MOST_SOBOL = 2**30
+#: Number of points of SciPy's Sobol' sequence.
+MOST_SOBOL = 2**BITS
 #: Largest number of points of a Latin hypercube, which holds a permutation of all of them for each dimension.
 MOST_LATIN_HYPERCUBE = 10**7
 
-_SOBOL_BITS = 30
-_SOBOL_STEP = np.float64(2.0**-_SOBOL_BITS)
+#: Number of bits of the numbers of points of a stretch.
+_STRETCH_BITS = STRETCH.bit_length() - 1
+#: Distance of neighbouring coordinates of Sobol' points.
+_SOBOL_STEP = np.float64(2.0**-BITS)
 
 Result = TypeVar("Result")
 Sampler = Callable[[int, int, int, int, int], FloatArray]
@@ -110,11 +113,26 @@ def _sobol_basis(dimensions: int, doublings: int, seed: int) -> tuple[npt.NDArra
     """The first stretch of points, and X[2^k] ^ X[0] for each 2^k from STRETCH on.
 
     A point is affine over xor in the bits of its number: X[a ^ b] = X[a] ^ X[b] ^ X[0]. So each point is one of the
-    first stretch, xor a step for each further bit of its number. SciPy alone would compute all points before it.
+    first stretch, xor a step for each further bit of its number.
     """
-    from scipy.stats import qmc  # takes 0.8 s, needed only here
+    try:
+        shift, all_steps = scrambled_sobol(dimensions, seed)
+    except (OSError, KeyError):  # a SciPy with other files
+        return _sobol_basis_of_scipy(dimensions, doublings, seed)
+    first = np.empty((STRETCH, dimensions), dtype=np.uint32)
+    first[0] = shift
+    for bit, step in enumerate(all_steps[:_STRETCH_BITS]):
+        first[1 << bit : 2 << bit] = first[: 1 << bit] ^ step
+    return first, all_steps[_STRETCH_BITS : _STRETCH_BITS + doublings]
 
-    engine = qmc.Sobol(dimensions, scramble=True, bits=_SOBOL_BITS, rng=seed)
+
+def _sobol_basis_of_scipy(
+    dimensions: int, doublings: int, seed: int
+) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
+    """The same by SciPy's engine, which computes all points before the last."""
+    from scipy.stats import qmc
+
+    engine = qmc.Sobol(dimensions, scramble=True, bits=BITS, rng=seed)
     first = _integers(engine.random(STRETCH))
     steps = np.empty((doublings, dimensions), dtype=np.uint32)
     for k in range(doublings):
