@@ -291,8 +291,9 @@ def test_the_log_names_the_designs_of_a_failed_block(study, tmp_path, monkeypatc
 
 def test_a_sweep_does_not_import_what_it_does_not_need(tmp_path):
     (tmp_path / "drawn.toml").write_text(
-        'mechanism = "crank-rocker"\n[parameters]\ncrank = {min = 40, max = 60}\ncoupler = 200\nrocker = 80\nground = 201\nspeed = 40\n"
-        '[sampling]\nmethod = "sobol"\ncount = 64\n',
+        'mechanism = "crank-rocker"\nparameters.crank = {min = 40, max = 60}\n'
+        "parameters.coupler = 200\nparameters.rocker = 80\nparameters.ground = 201\nparameters.speed = 40\n"
+        'sampling = {method = "sobol", count = 64}\n',
         encoding="utf-8",
     )
     program = (  # in a process of its own: other tests import them
