@@ -11,8 +11,7 @@ from synthesis_cases import least_ordered
 
 import explore
 from explore.base.errors import RequestError
-from explore.mechanisms.crank_rocker.paths import find_coupler_curve
-from explore.mechanisms.targets.measures import CompiledMotion
+from explore.mechanisms.registry import MECHANISMS
 from explore.mechanisms.targets.pose_errors.metrics import measure_posed
 from explore.model.targets import FunctionTarget, PathTarget, PosesTarget, target_from_content
 from explore.studies.request.names import find_mechanism
@@ -115,7 +114,7 @@ def test_errors_are_those_of_the_motion_at_the_angles():
         table = errors(designs, poses.tolist(), order=order)
         target = PosesTarget("M", tuple(map(tuple, poses.tolist())), order=order)
         own, pose = list(designs.values())[:7], list(designs.values())[7:]
-        motion = CompiledMotion(find_coupler_curve, NAMES[:7], "turns")
+        motion = MECHANISMS["crank-rocker"].targets["poses"].formulas.motion_of("M")
         angles = measure_posed(motion, target, (*own, table[:, 0], *pose))[1]
         lever = np.abs(poses[:, :2] - poses[:, :2].mean(axis=0)) @ [1, 1j]
         for row in np.flatnonzero(np.isfinite(table[:, 0])):

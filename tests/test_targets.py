@@ -9,15 +9,16 @@ import numpy as np
 import pandas as pd
 import pytest
 from command_line import run
+from numba import njit, types
 from scipy.spatial import cKDTree
 from synthesis_cases import least_ordered
 
 import explore
 from explore.base.errors import ConfigError, RequestError
-from explore.mechanisms.crank_rocker.paths import find_coupler_curve
-from explore.mechanisms.slider_crank.paths import find_rod_curve
+from explore.mechanisms.registry import MECHANISMS
 from explore.mechanisms.targets.path_errors import metrics as path_metrics
-from explore.mechanisms.targets.path_errors.metrics import PointOfLink, measure_paths
+from explore.mechanisms.targets.path_errors.curve import CURVE
+from explore.mechanisms.targets.path_errors.metrics import measure_paths
 from explore.model.targets import target_from_content
 from explore.studies.request.names import find_mechanism
 
@@ -263,8 +264,8 @@ def test_hausdorff_and_chamfer(closed):
             *((name, None) for name in LENGTHS), ("branch", 1), ("M_along", None), ("M_across", None),
             ("transmission_angle_min", 1), ("crank_pivot_x", 0), ("crank_pivot_y", 0), ("ground_angle", 0),
         )]  # fmt: skip
-        point = PointOfLink(find_coupler_curve, (*LENGTHS, "branch"), "transmission_angle_min")
-        angles = np.degrees(measure_paths(point("M"), mechanism.target, tuple(columns))[1][0])
+        motion = mechanism.targets["path"].formulas.motion_of("M")
+        angles = np.degrees(measure_paths(motion, mechanism.target, tuple(columns))[1][0])
         assert np.ptp(angles) == pytest.approx(found["path_crank_span"][0])
         traced = curve(np.linspace(angles.min(), angles.max(), 5000))
     there, _ = cKDTree(traced).query(polygon)
@@ -453,20 +454,27 @@ def test_a_record_without_a_kind_is_a_path():
     assert target_from_content(content) == target_from_content({"kind": "path", **content})
 
 
+@njit(types.void(CURVE, types.float64[::1], types.float64, types.float64, types.float64[::1]))
+def call_curve(curve, shape, cosine, sine, out):
+    curve(shape, cosine, sine, out)
+
+
 @pytest.mark.parametrize(
-    ("curve", "shape"),
+    ("mechanism", "design"),
     [
-        (find_coupler_curve(), (30.0, 100.0, 80.0, 110.0, 1.0, 60.0, 20.0)),
-        (find_coupler_curve(), (30.0, 100.0, 80.0, 110.0, -1.0, 60.0, 20.0)),
-        (find_rod_curve(), (30.0, 100.0, 10.0, 60.0, 20.0)),
+        ("crank-rocker", (30.0, 100.0, 80.0, 110.0, 1.0, 60.0, 20.0)),
+        ("crank-rocker", (30.0, 100.0, 80.0, 110.0, -1.0, 60.0, 20.0)),
+        ("slider-crank", (30.0, 100.0, 10.0, 60.0, 20.0)),
     ],
 )
-def test_derivatives_of_curves_are_those_of_finite_changes(curve, shape):
+def test_derivatives_of_curves_are_those_of_finite_changes(mechanism, design):
     """Wrong ones would only make a polished point slower to find, or a little worse."""
+    motion = MECHANISMS[mechanism].targets["poses"].formulas.motion_of("M")
+    shape = motion.shapes(np.array([[*design, 1.0]]))[0]  # of a crank that turns
 
     def at(angle):
         out = np.empty(12)
-        curve(np.array(shape), np.cos(angle), np.sin(angle), out)
+        call_curve(motion.function(), shape, np.cos(angle), np.sin(angle), out)
         return out
 
     step = 1e-5  # errors of the square of it, and of roundings of 1e-14 mm over it

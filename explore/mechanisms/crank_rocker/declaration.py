@@ -5,16 +5,12 @@ from dataclasses import replace
 from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
 from explore.mechanisms.crank_rocker import extended, kernel
 from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, FIRST_POINT, POINTS, ExtendedRow, Row
-from explore.mechanisms.crank_rocker.paths import find_coupler_curve, find_rocker_output
 from explore.mechanisms.crank_rocker.second_differences import SECOND_DIFFERENCES
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.mechanisms.four_bar_table import four_bar_table
-from explore.mechanisms.targets.function_errors.metrics import declare_functions
-from explore.mechanisms.targets.measures import CompiledMotion
-from explore.mechanisms.targets.path_errors.metrics import PointOfLink, declare_paths
-from explore.mechanisms.targets.pose_errors.metrics import declare_poses
+from explore.mechanisms.linkages.motions import declare_targets_of_link
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
 from explore.model.points import FloatingLink
@@ -47,8 +43,7 @@ _ACCELERATION_SIGNALS = tuple(
     )
     for link, row in (("coupler", four_bar.COUPLER_ACCELERATION), ("rocker", four_bar.ROCKER_ACCELERATION))
 )
-_SHAPE = ("crank", "coupler", "rocker", "ground", "branch")
-_POINTS = PointOfLink(find_coupler_curve, _SHAPE, "transmission_angle_min")
+_TABLE = four_bar_table("branch")
 _STROKES = ("overlapped_to_extended", "extended_to_overlapped")
 _STROKE_WINDOWS = ("drive", "return", *_STROKES)
 _GEOMETRY_METRICS = (
@@ -190,8 +185,8 @@ _EXTENDED = Mechanism(
         "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
-    kernel_version="7",
-    table=four_bar_table("branch"),
+    kernel_version="8",
+    table=_TABLE,
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=EXTENDED_SIGNAL_ROWS,
@@ -203,13 +198,7 @@ _EXTENDED = Mechanism(
     statuses=rocking.STATUSES,
     drawing=four_bar_drawing.DRAWING,
     floating_link=FloatingLink("coupler", "the crank's pin", "crank joint", "coupler_angle", FIRST_POINT, POINTS),
-    targets={
-        "path": declare_paths(_POINTS, ("path_error_rms", "transmission_angle_min:max")),
-        "function": declare_functions(
-            CompiledMotion(find_rocker_output, _SHAPE), "rocker", ("output_error_max", "transmission_angle_min:max")
-        ),
-        "poses": declare_poses(_POINTS, ("position_error_max", "angle_error_max", "transmission_angle_min:max")),
-    },
+    targets=declare_targets_of_link(_TABLE, "coupler", "transmission_angle_min"),
     panels=(
         Panel("angle", ("coupler_angle", "rocker_angle")),
         Panel("transmission angle", ("transmission_angle",), limits=(0.0, 180.0)),

@@ -96,7 +96,8 @@ def make_kernel(
     )
     fill, whole = rows.of_angle("fill", outputs), rows.from_parameters("disturbed_fill", outputs)
     close = NativeFunction("close", CLOSE_SIGNATURE, closing.text, _addresses, closing.javascript)
-    curve = NativeFunction(fill.name, CURVE_SIGNATURE, lambda: vector_code.HEAD + vector_code.curve_function(fill))
+    ray = rows.of_ray("curve", outputs)
+    curve = NativeFunction(ray.name, CURVE_SIGNATURE, lambda: vector_code.HEAD + vector_code.curve_function(ray))
     reversals = rows.from_parameters("precise_close", rate[:2])
     is_exact = not equations.graph.has_rounded_constants and knows_pairs(whole) and knows_pairs(reversals)
     return Kernel(

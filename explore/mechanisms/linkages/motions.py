@@ -1,17 +1,15 @@
 """What of a linkage meets targets: curves of its points with the directions of their links, and its output."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from explore.mechanisms.linkages.equations import Equations
-from explore.mechanisms.linkages.graph import Series
-from explore.mechanisms.linkages.kernel import Kernel, make_kernel
-from explore.mechanisms.linkages.metrics import CLOSED_METRICS
-from explore.mechanisms.linkages.steps import find_steps
+from explore.mechanisms.linkages.declared import add_points
 from explore.mechanisms.linkages.table import LinkageTable
 from explore.mechanisms.targets.function_errors.metrics import declare_functions
 from explore.mechanisms.targets.path_errors.metrics import declare_paths
@@ -20,6 +18,10 @@ from explore.model.declaration import INTERVAL_ROWS
 from explore.model.quantities import FloatArray
 from explore.model.status import Status
 from explore.model.targets import BODY_POSE, POSE, TargetKind
+
+if TYPE_CHECKING:
+    from explore.mechanisms.linkages.graph import Series
+    from explore.mechanisms.linkages.kernel import Kernel
 
 #: Meanings of the coordinates of a linkage's place in the plane of a target.
 _ORIGIN = ("x of the frame's origin in the plane of the target", "y of the frame's origin in the plane of the target")
@@ -39,17 +41,20 @@ class TableMotion:
         Names; empty for none.
     needs_turn
         Whether designs whose crank does not turn fully have no motion.
+    turns
+        Name of a metric that is NaN where the crank does not turn; empty where the factors of the table tell that.
     """
 
     table: LinkageTable
     point: str
     link: str = ""
     needs_turn: bool = True
+    turns: str = ""
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """All parameters of the table."""
-        return tuple(parameter.name for parameter in self.table.parameters)
+        """All parameters of the table, and the metric if there is one."""
+        return (*(parameter.name for parameter in self.table.parameters), *([self.turns] if self.turns else []))
 
     def function(self) -> Any:
         """The curve, a function of the constants of a design."""
@@ -58,17 +63,20 @@ class TableMotion:
     def shapes(self, inputs: FloatArray) -> FloatArray:
         """The constants of designs, (n, k), from their parameters, (n, p)."""
         from explore.base.lanes.designs import close_all  # imports Numba, needed only here
+        from explore.mechanisms.linkages.metrics import CLOSED_METRICS
 
         kernel = _kernel(self.table, self.point, self.link)
+        parameters = np.ascontiguousarray(inputs[:, : len(self.table.parameters)].T)
         first, count = kernel.n_constants + 1, len(inputs)
-        rows = first + inputs.shape[1] + len(INTERVAL_ROWS) + len(CLOSED_METRICS)
+        rows = first + len(parameters) + len(INTERVAL_ROWS) + len(CLOSED_METRICS)
         constants, status = np.empty((kernel.n_constants, count)), np.empty(count, np.int8)
-        parameters = np.ascontiguousarray(inputs.T)
         close_all(
             kernel.close, parameters, rows, first, rows, kernel.n_constants, constants, np.empty((0, count)), status
         )
         shapes = np.ascontiguousarray(constants.T)
-        if self.needs_turn:
+        if self.turns:
+            shapes[~np.isfinite(inputs).all(axis=1), 0] = np.nan
+        elif self.needs_turn:
             shapes[status != Status.OK, 0] = np.nan
         return shapes
 
@@ -76,33 +84,44 @@ class TableMotion:
 @lru_cache(_MOST_KEPT)
 def _kernel(table: LinkageTable, point: str, link: str) -> Kernel:
     """The kernel of a curve: the place of a point and its derivatives, then the same of the direction of a link."""
+    from explore.mechanisms.linkages.equations import Equations
+    from explore.mechanisms.linkages.kernel import make_kernel
+    from explore.mechanisms.linkages.steps import find_steps
+
     equations = Equations(replace(table, loads=None), find_steps(table))
     vectors = [equations.points[point]] if point else []
     vectors += [equations.directions[link]] if link else []
-    outputs = [number for vector in vectors for number in _in_order(vector)]
+    # of a link alone, as the output of functions, its direction only
+    outputs = [number for vector in vectors for number in _in_order(vector, 3 if point else 1)]
     joints = list(dict.fromkeys(factor.joint for factor in equations.factors))
     return make_kernel(equations, outputs, [], joints, (), (), tells_reach=False)
 
 
-def _in_order(vector: Sequence[Series]) -> list[Any]:
-    """Both coordinates, then both first derivatives, then both second ones."""
-    return [series.terms[order] for order in range(3) for series in vector]
+def _in_order(vector: Sequence[Series], orders: int) -> list[Any]:
+    """Both coordinates, then both first derivatives, then both second ones, or the first orders of these."""
+    return [series.terms[order] for order in range(orders) for series in vector]
 
 
 @dataclass(frozen=True)
 class PointMotions:
-    """Motions of points of a linkage by their names, with the links that they are on if `has_link`."""
+    """Motions of points of a linkage by their names, with the links that they are on if `has_link`.
+
+    Points are those of the table, or any that a user names of a floating link; for `turns` see `TableMotion`.
+    """
 
     table: LinkageTable
     has_link: bool
+    floating_link: str = ""
+    turns: str = ""
 
     def __call__(self, point: str) -> TableMotion:
         """The motion of a point."""
-        return TableMotion(self.table, point, self.table.bodies_at(point)[0].name if self.has_link else "")
+        table = add_points(self.table, self.floating_link, (point,)) if self.floating_link else self.table
+        return TableMotion(table, point, table.bodies_at(point)[0].name if self.has_link else "", turns=self.turns)
 
 
 def declare_targets(table: LinkageTable, transmission: Sequence[str]) -> dict[str, TargetKind]:
-    """How a linkage meets targets over its turn, by their kind.
+    """How a linkage meets targets over its turn, by their kind, with the points of its table.
 
     `transmission` is the default objective of the transmission angle, if there is one.
     """
@@ -121,7 +140,26 @@ def declare_targets(table: LinkageTable, transmission: Sequence[str]) -> dict[st
     if single:
         errors = ("position_error_max", "angle_error_max", *transmission)
         targets["poses"] = declare_poses(PointMotions(table, has_link=True), errors, body_pose, single)
-    if table.output in {link.name for link in table.links}:
-        output = TableMotion(table, "", table.output, needs_turn=False)
-        targets["function"] = declare_functions(output, table.output, ("output_error_max", *transmission))
-    return targets
+    return targets | _functions(table, transmission)
+
+
+def declare_targets_of_link(table: LinkageTable, link: str, transmission: str) -> dict[str, TargetKind]:
+    """The same with the points that a user names of a link.
+
+    `transmission` is a metric that is to be large, NaN where the crank does not turn.
+    """
+    path, poses = (PointMotions(table, has_link, link, transmission) for has_link in (False, True))
+    objectives = (f"{transmission}:max",)
+    return {
+        "path": declare_paths(path, ("path_error_rms", *objectives)),
+        **_functions(table, objectives),
+        "poses": declare_poses(poses, ("position_error_max", "angle_error_max", *objectives)),
+    }
+
+
+def _functions(table: LinkageTable, transmission: Sequence[str]) -> dict[str, TargetKind]:
+    """Functions of the output, if that is a link."""
+    if table.output not in {link.name for link in table.links}:
+        return {}
+    output = TableMotion(table, "", table.output, needs_turn=False)
+    return {"function": declare_functions(output, table.output, ("output_error_max", *transmission))}

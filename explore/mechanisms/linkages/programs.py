@@ -101,19 +101,26 @@ class Rows:
         writes = [(row, k) for k, row in self._rows.items() if k not in self._written_last]
         order = graph.needed(Number(graph, k) for _, k in writes)
         reads = {k: parameters[str(graph.nodes[k][1])] for k in order if graph.nodes[k][0] == "input"}
-        return _program(name, graph, [k for k in order if k not in reads], reads, writes)
+        return _program(name, graph, [k for k in order if k not in reads], reads, writes, _HALF_TANGENT)
 
     def of_angle(self, name: str, outputs: Sequence[Number]) -> Program:
         """The program that fills outputs at an angle from the constants."""
         levels = self._graph.levels
         return self._at_angle(name, outputs, lambda k: levels[k] == ANGLE)
 
+    def of_ray(self, name: str, outputs: Sequence[Number]) -> Program:
+        """The same where cosine and sine of the angle are given, beside its half-tangent."""
+        levels = self._graph.levels
+        return self._at_angle(name, outputs, lambda k: levels[k] == ANGLE, _RAY)
+
     def from_parameters(self, name: str, outputs: Sequence[Number]) -> Program:
         """The same from the parameters among the constants."""
         graph = self._graph
         return self._at_angle(name, outputs, lambda k: graph.nodes[k][0] != "input" or graph.levels[k] == ANGLE)
 
-    def _at_angle(self, name: str, outputs: Sequence[Number], computes: Callable[[int], bool]) -> Program:
+    def _at_angle(
+        self, name: str, outputs: Sequence[Number], computes: Callable[[int], bool], angle: _Angle | None = None
+    ) -> Program:
         graph = self._graph
         waiting, order = [output.index for output in outputs], set[int]()
         while waiting:
@@ -121,46 +128,62 @@ class Rows:
             if k not in order and computes(k) and k not in self._written_last:
                 order.add(k)
                 waiting += operands(graph.nodes[k])
-        return _program(name, graph, sorted(order), self._rows, [(row, each.index) for row, each in enumerate(outputs)])
+        writes = [(row, each.index) for row, each in enumerate(outputs)]
+        return _program(name, graph, sorted(order), self._rows, writes, angle or _HALF_TANGENT)
 
 
 def _program(
-    name: str, graph: Graph, order: Iterable[int], rows: Mapping[int, int], writes: Sequence[tuple[int, int]]
+    name: str,
+    graph: Graph,
+    order: Iterable[int],
+    rows: Mapping[int, int],
+    writes: Sequence[tuple[int, int]],
+    angle: _Angle,
 ) -> Program:
     """The program of the numbers of an order, which reads or writes out the others."""
-    nodes = graph.nodes
+    nodes, of_angle = graph.nodes, angle.graph.nodes
     computed = [k for k in order if nodes[k][0] != "constant"]
     used = {each for k in computed for each in operands(nodes[k])}.union(k for _, k in writes).difference(computed)
     inputs = [k for k in computed if nodes[k][0] == "input"]
     before = [
-        Operation(~k, str(_ANGLE.nodes[k][1 if _ANGLE.nodes[k][0] == "input" else 0]),
-                  tuple(~each for each in operands(_ANGLE.nodes[k])))
-        for k in _ANGLE.needed(_INPUTS[str(nodes[k][1])] for k in inputs) if _ANGLE.nodes[k][0] != "constant"
+        Operation(~k, str(of_angle[k][1 if of_angle[k][0] == "input" else 0]),
+                  tuple(~each for each in operands(of_angle[k])))
+        for k in angle.graph.needed(angle.inputs[str(nodes[k][1])] for k in inputs) if of_angle[k][0] != "constant"
     ]  # fmt: skip
     operations = [
-        Operation(k, "input", (~_INPUTS[str(nodes[k][1])].index,))
+        Operation(k, "input", (~angle.inputs[str(nodes[k][1])].index,))
         if nodes[k][0] == "input"
         else Operation(k, str(nodes[k][0]), tuple(operands(nodes[k])))
         for k in computed
     ]
     literals = {k: float(nodes[k][1]) for k in used if nodes[k][0] == "constant"}
-    literals |= {~k: float(node[1]) for k, node in enumerate(_ANGLE.nodes) if node[0] == "constant"}
+    literals |= {~k: float(node[1]) for k, node in enumerate(of_angle) if node[0] == "constant"}
     reads = {k: rows[k] for k in sorted(used) if nodes[k][0] != "constant"}
     rests = {k: float(nodes[k][2]) for k in literals if k >= 0 and nodes[k][2] != 0.0}
     return Program(name, (*before, *operations), literals, reads, tuple(sorted(writes)), rests)
 
 
-def _inputs_of_angle(graph: Graph) -> dict[str, Number]:
-    """The inputs of the angle, from its half-tangent u: from the anchor itself, or from its opposite."""
+class _Angle(NamedTuple):
+    """The inputs of the angle as numbers of a graph of their own."""
+
+    graph: Graph
+    inputs: dict[str, Number]
+
+
+def _inputs_of_angle(*, is_ray: bool) -> _Angle:
+    """The inputs from the half-tangent u of the angle, from the anchor or its opposite, and of a ray from more."""
+    graph = Graph()
     u, mirror = graph.input("tangent"), graph.input("mirror")
     square = u * u
-    inverse = 1.0 / (1.0 + square)
+    # of the magnitude of the cosine, 1/(1 + u^2) = (1 + |cos|)/2
+    inverse = graph.input("half.more") if is_ray else 1.0 / (1.0 + square)
     less, more, signed = (square + square) * inverse, inverse + inverse, mirror * inverse
     behind, ahead = (1.0 - u) * (1.0 - u) * inverse, (1.0 + u) * (1.0 + u) * inverse
     pairs = ((less, more), (behind, ahead), (more, less), (ahead, behind))
     versines = {name: one.call("choose", other) for name, (one, other) in zip(VERSINES, pairs, strict=True)}
-    return {COSINE: (1.0 - square) * signed, SINE: (u + u) * signed, SENSE: graph.input("law"), **versines}
+    cosine = graph.input("cosine") if is_ray else (1.0 - square) * signed
+    sine = graph.input("sine") if is_ray else (u + u) * signed
+    return _Angle(graph, {COSINE: cosine, SINE: sine, SENSE: graph.input("law"), **versines})
 
 
-_ANGLE = Graph()
-_INPUTS = _inputs_of_angle(_ANGLE)
+_HALF_TANGENT, _RAY = _inputs_of_angle(is_ray=False), _inputs_of_angle(is_ray=True)

@@ -27,6 +27,12 @@ _SLOTS = ("first.operand", "second.operand", "of.operands")
 #: Symbol of `operations.operate`.
 OPERATE = "explore_linkage_operate"
 
+#: Names of the inputs of the angle in functions; "input" copies its operand.
+_GIVEN = {
+    "input": "", "law": "%sense",
+    **{name: f"%{name}" for name in ("tangent", "cosine", "sine", "half.more")},
+}  # fmt: skip
+
 _SYMBOLS = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 _INTRINSICS = {"sqrt": "sqrt", "abs": "fabs", "max": "maximum", "maximum": "maximum", "minimum": "minimum"}
 
@@ -65,9 +71,10 @@ def curve_function(program: Program) -> str:
     """A function of the constants of one design, of cosine and sine of the angle, and of the numbers to fill."""
     angle = (
         "  %behind = fcmp olt double %cosine, 0.0\n  %anchor = uitofp i1 %behind to double\n"
-        "  %size = call double @llvm.fabs.f64(double %cosine)\n  %less = fadd double %size, 1.0\n"
+        "  %size = call double @llvm.fabs.f64(double %cosine)\n  %more = fadd double %size, 1.0\n"
+        "  %half.more = fmul double %more, 0.5\n"
         "  %opposite.sine = fneg double %sine\n"
-        "  %over = select i1 %behind, double %opposite.sine, double %sine\n  %tangent = fdiv double %over, %less\n"
+        "  %over = select i1 %behind, double %opposite.sine, double %sine\n  %tangent = fdiv double %over, %more\n"
     )
     return _function(program.name, ("read", "cosine.", "sine.", "written"), angle + _body(program, _FAST, lanes=1))
 
@@ -167,8 +174,8 @@ class _Body:
         k, name = operation.result, operation.name
         parts = [self._texts[each] for each in operation.operands]
         result = self._texts[k] = f"%t{k}" if k >= 0 else f"%a{~k}"
-        if name in ("input", "tangent", "law"):
-            self._texts[k] = parts[0] if parts else "%sense" if name == "law" else "%tangent"
+        if name in _GIVEN:
+            self._texts[k] = parts[0] if parts else _GIVEN[name]
         elif name in _SYMBOLS:
             yield f"  {result} = {_SYMBOLS[name]} {self._flags}{self._type} {parts[0]}, {parts[1]}"
         elif name == "neg":

@@ -5,13 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from explore.mechanisms.linkages.motions import declare_targets_of_link
 from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
-from explore.mechanisms.slider_crank.paths import find_rod_curve
 from explore.mechanisms.slider_crank.table import TABLE
-from explore.mechanisms.targets.path_errors.metrics import PointOfLink, declare_paths
-from explore.mechanisms.targets.pose_errors.metrics import declare_poses
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
 from explore.model.points import Extent, FloatingLink
@@ -19,7 +17,6 @@ from explore.model.quadrature import Graded
 from explore.model.quantities import FloatArray, Metric, Parameter, Signal
 from explore.model.window import Window
 
-_POINTS = PointOfLink(find_rod_curve, ("crank", "rod", "offset"), "transmission_angle_min")
 _STROKES = ("outer_to_inner", "inner_to_outer")
 _METRICS = (
     Metric("stroke", "mm", "stroke of the slider", lower=0.0, closed_form_of="slider_position_peak_to_peak_cycle"),
@@ -179,7 +176,7 @@ _EXTENDED = Mechanism(
         "cycle": (*_CLOSED_NAMES, *_SAMPLED_DEFAULTS[1:], "slider_velocity_rms"),
     },
     objectives=("cv", "slider_acceleration_peak", "pressure_angle_max"),
-    kernel_version="5",
+    kernel_version="6",
     table=TABLE,
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
@@ -192,10 +189,7 @@ _EXTENDED = Mechanism(
     statuses=kernel.STATUSES,
     drawing=_DRAWING,
     floating_link=FloatingLink("rod", "the crank's pin", "crank pin", "rod_angle", columns.FIRST_POINT, columns.POINTS),
-    targets={
-        "path": declare_paths(_POINTS, ("path_error_rms", "transmission_angle_min:max")),
-        "poses": declare_poses(_POINTS, ("position_error_max", "angle_error_max", "transmission_angle_min:max")),
-    },
+    targets=declare_targets_of_link(TABLE, "rod", "transmission_angle_min"),
     panels=(
         Panel("slider position", ("slider_position",)),
         Panel("slider velocity", ("slider_velocity",)),

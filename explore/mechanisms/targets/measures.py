@@ -9,8 +9,6 @@ import numpy as np
 
 from explore.model.quantities import FloatArray
 
-#: Function of a module that gives a compiled function of a mechanism: a worker finds it by its name.
-FindFunction = Callable[[], Any]
 #: Measures of designs, shape (n, k), then their input angles from the frame at the places of a target, rad, (n, m).
 Measures = tuple[FloatArray, ...]
 
@@ -27,41 +25,6 @@ class Motion(Protocol):
 
     def shapes(self, inputs: FloatArray) -> FloatArray:
         """What the function takes of designs, (n, k), from their inputs, (n, p); NaN first where there is no motion."""
-
-
-@dataclass(frozen=True)
-class CompiledMotion:
-    """The motion of a mechanism with a compiled function of its parameters.
-
-    Attributes
-    ----------
-    find
-        Gives the function.
-    parameters
-        Names of the parameters that it takes.
-    turns
-        Name of a metric that is NaN where the crank does not turn fully; empty where that does not matter.
-    """
-
-    find: FindFunction
-    parameters: tuple[str, ...]
-    turns: str = ""
-
-    @property
-    def inputs(self) -> tuple[str, ...]:
-        """The parameters, and the metric if there is one."""
-        return (*self.parameters, self.turns) if self.turns else self.parameters
-
-    def function(self) -> Any:
-        """The compiled function."""
-        return self.find()
-
-    def shapes(self, inputs: FloatArray) -> FloatArray:
-        """The parameters of designs, the first NaN where any is not finite or the crank does not turn."""
-        designs = np.array(inputs[:, : len(self.parameters)])
-        if self.turns:
-            designs[~np.isfinite(inputs).all(axis=1), 0] = np.nan
-        return designs
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,6 @@ from functools import lru_cache
 import numpy as np
 
 from explore.mechanisms.targets.measures import (
-    CompiledMotion,
-    FindFunction,
     Measures,
     Motion,
     TargetMeasure,
@@ -20,7 +18,6 @@ from explore.mechanisms.targets.path_errors.measuring import LARGEST, N_MEASURES
 from explore.mechanisms.targets.path_errors.shapes import CHAMFER, HAUSDORFF, N_SHAPES, measure_shapes
 from explore.mechanisms.targets.path_errors.timing import measure_timed
 from explore.model.drawing import PLACE
-from explore.model.points import COORDINATES
 from explore.model.quantities import FloatArray, Formula, Parameter
 from explore.model.targets import POSE, PathTarget, TargetKind
 
@@ -73,20 +70,6 @@ def _rays() -> FloatArray:
     """Cosines and sines of the crank angles of the corners, shape (2, MANY_CHORDS)."""
     angles = np.arange(MANY_CHORDS) * (2.0 * np.pi / MANY_CHORDS)
     return np.stack([np.cos(angles), np.sin(angles)])
-
-
-@dataclass(frozen=True)
-class PointOfLink:
-    """Motions of points of a floating link, by their names; the attributes are those of `CompiledMotion`."""
-
-    find: FindFunction
-    parameters: tuple[str, ...]
-    turns: str
-
-    def __call__(self, point: str) -> CompiledMotion:
-        """The motion of a point, whose place follows the other parameters."""
-        place = (f"{point}_{coordinate}" for coordinate in COORDINATES)
-        return CompiledMotion(self.find, (*self.parameters, *place), self.turns)
 
 
 def declare_paths(
