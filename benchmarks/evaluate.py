@@ -1,7 +1,7 @@
 """Designs per CPU-second of `explore.evaluate`'s core with the default columns, at three tolerances.
 
 Run with ``python benchmarks/evaluate.py``. The same run measures the closed form alone, the cost of a screened design.
-``benchmarks/peers.py`` compares with NumPy and JAX.
+``benchmarks/requests.py`` compares with NumPy, JAX and Numba.
 """
 
 import statistics
