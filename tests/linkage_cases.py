@@ -233,6 +233,17 @@ def with_loads(case, loads, **units):
     return Linkage(linkage_of(case).content | {"loads": loads, "parameters": parameters})
 
 
+def curved_shaper():
+    """Forces and torques along curves over a place, an end of the stroke and the crank angle."""
+    curves = {
+        "cut": {"over": {"point": "D", "along": [1, 2]}, "points": [[-50, 0], [20, 300], [90, 100]], "shape": "cubic"},
+        "punch": {"over": "to_greatest", "points": [[0, 40], [3, 90], [70, 0]]},
+        "cam": {"over": "crank_angle", "points": [[-30, 0], [100, 2], [330, 0]], "shape": "cubic"},
+    }
+    loads = {"forces": {"S": ["-2 * cut", "f"]}, "torques": {"lever": "cam"}, "opposing": {"ram": "punch"}}
+    return with_loads(CASES["crank-shaper"], loads | {"curves": curves})
+
+
 def loaded_shaper(without=()):
     """The unit of j does not follow from 2 * j; m alone says that of m / 2."""
     loads = {kind: part for kind, part in ALL_LOADS.items() if kind not in without}

@@ -104,7 +104,8 @@ def test_smooth_signals_need_no_halving(monkeypatch):
 
 def cut_at(at, noise_row=-1):
     """The mechanism whose corners are at the zeros of a signal."""
-    signals = [replace(signal, has_corners=True, corners_at=at) for signal in SHAPES.signals if signal.name == "corner"]
+    cornering = {"has_corners": True, "corners_at": (at,)}
+    signals = [replace(signal, **cornering) for signal in SHAPES.signals if signal.name == "corner"]
     others = [signal for signal in SHAPES.signals if signal.name != "corner"]
     rounding = Signal("rounding", "1", "rounding", ROUNDING, 1, terms_row=NAMES.index("constant"))
     return replace(SHAPES, signals=(*signals, *others, rounding), noise_row=noise_row)

@@ -9,7 +9,7 @@ import pytest
 from changed_trees import change, text_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from linkage_cases import loaded_shaper
+from linkage_cases import curved_shaper, loaded_shaper
 
 from explore.base.errors import ConfigError
 from explore.mechanisms.linkages.steps import find_steps
@@ -18,7 +18,7 @@ from explore.studies.config.study_file import linkage_starter, linkage_starters
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "linkages.json").read_text())
 TABLES = [case["table"] for case in REFERENCE["cases"]] + [linkage_starter(name) for name in linkage_starters()]
-TABLES.append(loaded_shaper().to_toml())
+TABLES += [loaded_shaper().to_toml(), curved_shaper().to_toml()]
 
 NAMES = [
     "O", "A", "B", "C", "D", "S", "crank", "rod", "rocker", "frame", "guide", "ram", "r", "speed", "pi", "sin", "x_y",
@@ -28,7 +28,7 @@ KEYS = st.sampled_from([
     "range", "copies", "b", "pin", "link", "along", "direction", "radius", "angle", "crank_angle", "unit", "default",
     "min", "max", "meaning", "loads", "masses", "gravity", "forces", "torques", "springs", "dampers", "mass",
     "centroid", "inertia", "torque", "against", "between", "rate", "rest", "", "a b", "ω", "x" * 200, "a\nb", "A_x",
-    "mean",
+    "mean", "curves", "cut", "over", "points", "file", "shape", "point",
 ])  # fmt: skip
 TEXTS = [
     *NAMES, "r + 1", "2 * r", "r / 0", "1 / 0", "(r", "r ** r ** -r", "9 ** 9 ** 9 ** 9", "sin(r)", "sin(r) + r",

@@ -13,7 +13,7 @@ import weakref
 
 import numpy as np
 import pytest
-from linkage_cases import AMOUNTS, CASES, FOUR_BAR, linkage_of, loaded_shaper, values_of
+from linkage_cases import AMOUNTS, CASES, FOUR_BAR, curved_shaper, linkage_of, loaded_shaper, values_of
 from numba import config
 
 import explore
@@ -170,8 +170,9 @@ def test_functions_of_expressions_are_those_of_python():
         (linkage_of(CASES["watt-2"]), values_of(CASES["watt-2"])),
         (explore.Linkage(ALL_FUNCTIONS), LENGTHS),
         (loaded_shaper(), values_of(CASES["crank-shaper"]) | AMOUNTS),
+        (curved_shaper(), values_of(CASES["crank-shaper"]) | AMOUNTS),
     ],
-    ids=["watt-2", "all-functions", "loads"],
+    ids=["watt-2", "all-functions", "loads", "curves"],
 )
 def test_a_page_computes_the_same_motion(tmp_path, linkage, values, anchor):
     """By close and fill in JavaScript, in Node.js, to the last bits: the order of sums may differ.

@@ -294,7 +294,7 @@ def test_lengths_say_what_they_are_relative_to():
 
 
 def test_corners_are_at_the_zeros_of_a_signal():
-    assert problem(RIG, signals=changed(RIG.signals, "positive_power", corners_at="torque")) == (
+    assert problem(RIG, signals=changed(RIG.signals, "positive_power", corners_at=("torque",))) == (
         "corners_at of 'positive_power' names the signal 'torque', which does not exist"
     )
     assert problem(RIG, signals=changed(RIG.signals, "positive_power", has_corners=False)) == (

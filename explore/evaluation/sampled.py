@@ -169,7 +169,7 @@ def _sample(
             *make_work_space(sizes, len(request.breaks)),
         )  # fmt: skip
 
-    own = {metric.signal.corners_at for metric in metrics} - {""}
+    own = {name for metric in metrics for name in metric.signal.corners_at}
     cornered, added = _added_corners(mechanism, metrics, parameters)
     cornered &= active
     run(np.flatnonzero(active & ~cornered), quadrature, own)
@@ -193,13 +193,13 @@ def _sample(
 def _added_corners(
     mechanism: Mechanism, metrics: tuple[SampledMetric, ...], parameters: FloatArray
 ) -> tuple[npt.NDArray[np.bool_], set[str]]:
-    """Whether a parameter of each design gives these metrics corners, shape (u,), and signals whose zeros they are."""
+    """Whether a parameter of each design gives these metrics corners, shape (u,), and signals that say where."""
     result, names = np.zeros(parameters.shape[1], dtype=np.bool_), set()
     if any(metric.signal.depends_on_load for metric in metrics):
         for parameter, values in zip(mechanism.kernel_parameters, parameters, strict=True):
             if parameter.adds_corners:
                 result |= values != 0.0
-                names |= {parameter.corners_at} - {""}
+                names |= {*parameter.corners_at}
     return result, names
 
 
@@ -216,14 +216,15 @@ def _loop_arguments(
 ) -> tuple[Sizes, Tables]:
     """Arguments of the compiled loop; `explore.evaluation.quadrature.work_space` describes them.
 
-    `corners` are the names of signals whose zeros are corners of others.
+    `corners` are the names of signals at whose levels others have corners.
     """
     mechanism, tables = request.kernel, _make_tables(request, metrics)
     singularities = quadrature.singularities
     singular = [*singularities, *[(-1, -1)] * (MOST_SINGULARITIES - len(singularities))]
     singular_rows, singular_anchors = np.array(singular, dtype=np.int64).T.copy()
     cornering = [signal for signal in mechanism.signals if signal.name in corners]
-    corner_rows = np.array([(signal.row, signal.terms_row) for signal in cornering], dtype=np.int64).reshape(-1, 2)
+    levels = [(signal.row, signal.terms_row, level) for signal in cornering for level in signal.corner_levels]
+    corner_rows = np.array([each[:2] for each in levels], dtype=np.int64).reshape(-1, 2)
     needs = tables.needs.copy()
     for signal in cornering:
         needs |= signal.needs
@@ -238,7 +239,8 @@ def _loop_arguments(
         np.array([interval_place(mechanism, window) for window in tables.windows]),
         np.array([mechanism.marks[name] for name in request.breaks], dtype=np.int64),
         singular_rows, singular_anchors, needs, tables.flags, tables.orders, tables.term_rows,
-        tables.references, corner_rows, tables.slots, float(statistics_tolerance(request)),
+        tables.references, corner_rows, np.array([level for *_, level in levels]), tables.slots,
+        float(statistics_tolerance(request)),
         isinstance(quadrature, Adaptive), isinstance(quadrature, Located), isinstance(quadrature, Resolved),
         size_of, row_of, rules, turn_factors(),
     )  # fmt: skip

@@ -57,12 +57,19 @@ def _force(name: str, unit: str, long_name: str, row: int, *, is_magnitude: bool
 
 
 def _torque(
-    name: str, unit: str, long_name: str, row: int, power: int = 1, shares_row_with: str = "", *, corners_at: str = ""
+    name: str,
+    unit: str,
+    long_name: str,
+    row: int,
+    power: int = 1,
+    shares_row_with: str = "",
+    *,
+    corners_at: tuple[str, ...] = (),
 ) -> Signal:
     """Declare the power of a torque on the crank, or with a power of the speed of 0 the torque."""
     return Signal(name, unit, long_name, row, four_bar_forces.TORQUE, power, pole_order=6, needs_stroke=True,
                   depends_on_load=True, required_loads=_REQUIRED_LOADS, shares_row_with=shares_row_with,
-                  terms_row=four_bar_forces.TORQUE_TERMS, has_corners=corners_at != "",
+                  terms_row=four_bar_forces.TORQUE_TERMS, has_corners=bool(corners_at),
                   corners_at=corners_at)  # fmt: skip
 
 
@@ -82,7 +89,7 @@ LOAD_SIGNALS = (
     _torque("drive_torque", "N m", "torque that turns the crank", four_bar_forces.DRIVE_TORQUE, 0),
     _torque("power", "W", "power that turns the crank", four_bar_forces.DRIVE_TORQUE, 1, "drive_torque"),
     _torque("positive_power", "W", "power that turns the crank where it drives, else 0",
-            four_bar_forces.POSITIVE_TORQUE, corners_at="drive_torque"),
+            four_bar_forces.POSITIVE_TORQUE, corners_at=("drive_torque",)),
     _torque("friction_power", "W", "power lost to the opposing torque and in the damper",
             four_bar_forces.FRICTION_TORQUE),
 )  # fmt: skip

@@ -1,6 +1,7 @@
 """The table of a four-bar, by the names of its drawing: the coupler's coordinates begin at the joint with the crank."""
 
-from explore.mechanisms.linkages.table import FRAME, ZERO, Body, LinkageTable, TableParameter, length
+from explore.mechanisms.linkages.coordinate import ZERO, length
+from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, TableParameter
 
 #: Names of the lengths.
 LENGTHS = ("crank", "coupler", "rocker", "ground")

@@ -132,7 +132,7 @@ def _references(declaration: Declaration) -> Iterator[str]:
     corners += [(each.name, each.adds_corners, each.corners_at) for each in declaration.parameters]
     for name, has_corners, corners_at in corners:
         if corners_at:
-            yield from unknown_names("signal", [corners_at], by_name, f"corners_at of '{name}'")
+            yield from unknown_names("signal", corners_at, by_name, f"corners_at of '{name}'")
             if not has_corners:
                 yield f"corners_at of '{name}' names a signal, but '{name}' is not declared to have corners"
     for signal in declaration.signals:

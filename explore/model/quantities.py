@@ -72,7 +72,7 @@ class Parameter(Quantity):
         Whether the parameter, unless 0, gives all signals under load corners, as friction does where the force that
         causes it changes its sign; see `Signal.has_corners`.
     corners_at
-        Name of the signal at whose zeros these corners are; see `Signal.corners_at`.
+        Names of the signals at whose levels these corners are; see `Signal.corners_at`.
     """
 
     default: float | None = None
@@ -85,7 +85,7 @@ class Parameter(Quantity):
     affects: Literal["motion", "load", "point", "target", "sizing"] = "motion"
     is_dynamic: bool = False
     adds_corners: bool = False
-    corners_at: str = ""
+    corners_at: tuple[str, ...] = ()
 
     def allows(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether each number is a value that the parameter can take, in the shape of `values`."""
@@ -134,8 +134,11 @@ class Signal(Quantity):
         Whether the signal has corners at angles that the mechanism does not know, as a power without its negative
         part, or complex singularities of its own, as a curvature: its statistics take the adaptive quadrature.
     corners_at
-        Name of the signal at whose zeros the corners are, as the power itself. The zeros are found, and the quadrature
-        does not go across them. Empty for corners that are seen only if they are as wide as the distance of samples.
+        Names of the signals at whose levels the corners are, as the power itself. The places are found, and the
+        quadrature does not go across them. Empty for corners that are seen only if they are as wide as the distance of
+        samples.
+    corner_levels
+        Values of its row at which signals have corners that name this one in `corners_at`.
     relative_to
         Name of the length parameter that the signal is comparable with in size and grows with, by which its rounding
         is bounded; empty for an angle, a number, and where it is that of the signal that this one is the derivative of.
@@ -164,7 +167,8 @@ class Signal(Quantity):
     shares_row_with: str = ""
     is_residual: bool = False
     has_corners: bool = False
-    corners_at: str = ""
+    corners_at: tuple[str, ...] = ()
+    corner_levels: tuple[float, ...] = (0.0,)
     relative_to: str = ""
     derivative_of: str = ""
     extremes_at: tuple[str, ...] = ()

@@ -6,6 +6,7 @@ from typing import Any
 
 from explore.base.errors import RequestError
 from explore.studies.config import key_lines
+from explore.studies.config.linkage import curve_files
 from explore.studies.config.study import Study
 from explore.studies.config.study_file import parse_study
 from explore.studies.config.toml_text import format_toml
@@ -29,7 +30,7 @@ def with_points(text: str, file: Path) -> str:
         sections = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError):
         return text  # whose problems the service tells
-    if isinstance(sections.get("linkage"), str):
+    if isinstance(sections.get("linkage"), str) or curve_files(sections):
         return text_with_points(parse_study(text, str(file), file.parent))
     if not _names_file(sections):
         return text

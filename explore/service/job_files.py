@@ -10,6 +10,7 @@ from explore.base.errors import ConfigError, Problems, RequestError, ResultsErro
 from explore.results.store.open_results import open_results
 from explore.service.folder import check_name
 from explore.studies.config import toml_text
+from explore.studies.config.linkage import curve_files
 from explore.studies.config.study import Study
 from explore.studies.config.study_file import parse_study
 from explore.synthesis.tasks.task_files import TaskFile, parse_task
@@ -97,6 +98,9 @@ def _named_files(sections: dict[str, Any]) -> Problems:
     if isinstance(sections.get("linkage"), str):
         reason = "a server reads no file of a linkage; write its sections in the study, [linkage] and others"
         problems.append((("linkage",), reason))
+    for name in curve_files(sections):
+        reason = "a server reads no file of a curve; write its rows as points = [[0, 0], [10, 5]]"
+        problems.append((("linkage", "loads", "curves", name, "file"), reason))
     if isinstance(sampling, dict) and ("file" in sampling or sampling.get("method") == "table"):
         key = "file" if "file" in sampling else "method"
         reason = "a server reads no table of designs; write lists of values, or sweep the study with `explore sweep`"

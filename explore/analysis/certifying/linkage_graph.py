@@ -17,12 +17,13 @@ from flint import acb, arb, arb_series
 from explore.analysis.certifying.balls import UnprovedError, exact
 from explore.analysis.certifying.functions import BINARY, UNARY
 from explore.analysis.certifying.integration import arctangent
+from explore.mechanisms.linkages.coordinate import Coordinate
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import ANGLE, COSINE, SINE, VERSINES, Node, Number, operands
 from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.signals import find_quantities
 from explore.mechanisms.linkages.steps import find_steps
-from explore.mechanisms.linkages.table import Coordinate, LinkageTable
+from explore.mechanisms.linkages.table import LinkageTable
 
 #: Beginning of the names of inputs that are numbers.
 _NUMBER = "="

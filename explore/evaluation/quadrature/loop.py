@@ -109,7 +109,9 @@ def _open_window(fill, sizes, tables, w, begin, here, demands, error, rare, work
         if tables.is_adaptive:
             uncut = count
             if len(tables.corner_rows) > 0:
-                count, is_missed = cut_at_zeros(fill, sizes, tables.needs[w], tables.corner_rows, work, tile, count)
+                count, is_missed = cut_at_zeros(
+                    fill, sizes, tables.needs[w], tables.corner_rows, tables.corner_levels, work, tile, count
+                )  # fmt: skip
                 error[here[begin]] = math.inf if is_missed else error[here[begin]]
             count = cut_panels(work, sums, sizes.rows, count, uncut)
             return until, count, stride, count, False

@@ -70,9 +70,9 @@ class Tables(NamedTuple):
         For a signal that is a sum of terms, the row with the size of the terms; -1 for other signals.
     references : (s,)
         Row of the parameters with the length that a signal is relative to; -1 for signals without a unit of length.
-    corner_rows : (c, 2)
-        Rows at whose zeros others have corners, which the adaptive rule cuts its panels at, and those with the sizes of
-        their terms; -1 for none.
+    corner_rows : (c, 2), corner_levels : (c,)
+        Rows, the same one after another, at whose levels others have corners, which the adaptive rule cuts its panels
+        at, and those with the sizes of their terms, -1 for none; and the levels.
     slots : (w, s, 7)
         Row of the statistics for each statistic (MEAN, VARIANCE, … of `quadrature.slots`) of a row over a
         window; -1 for none.
@@ -102,6 +102,7 @@ class Tables(NamedTuple):
     term_rows: IntArray
     references: IntArray
     corner_rows: IntArray
+    corner_levels: FloatArray
     slots: IntArray
     tolerance: float
     is_adaptive: bool
@@ -201,7 +202,7 @@ class ChunkWork(NamedTuple):
 
 SIZES_TYPE = types.NamedUniTuple(_INT, 8, Sizes)
 TABLES_TYPE = types.NamedTuple(
-    (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, _I2, types.int64[:, :, ::1], _FLOAT,
+    (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, _I2, _F1, types.int64[:, :, ::1], _FLOAT,
      types.boolean, types.boolean, types.boolean, _I1, _I1, types.float64[:, ::1], _F1),
     Tables,
 )  # fmt: skip

@@ -1,4 +1,6 @@
-"""Zeros of signals, where other signals have corners: found before the adaptive rule samples, and made ends of panels.
+"""Zeros of signals, and places where they reach levels: other signals have corners there.
+
+They are found before the adaptive rule samples, and made ends of panels.
 
 A power without its negative part has corners at the zeros of the power, forces with friction at those of the guide's
 force. A pulse between two zeros may be narrower than any distance of nodes. The signal itself is smooth there, so
@@ -22,8 +24,10 @@ from explore.evaluation.quadrature.tiles import NODE_CAPACITY
 _FEWEST_TILES = 16
 #: Number of tiles of samples per length in t, where all singularities are at least pi/2 off the real axis.
 _TILES_PER_LENGTH = 2.0
-#: Largest number of zeros of one panel.
+#: Largest number of places on one panel where a row is at one level.
 _MOST_ZEROS = 64
+#: Largest number of places that one panel is cut at.
+_MOST_PLACES = 192
 #: Number of cuts of a bracket from a length of 1 to below rounding.
 _MOST_CUTS = 14
 #: Smallest distance of a zero from other zeros and from the ends of a panel, in t relative to 1 + |t|.
@@ -42,12 +46,12 @@ def _fill_inside(fill, needs, panels, k, low, high, tile):
 
 
 @subroutine()
-def _find_zero(fill, needs, row, panels, k, low, high, is_positive, tile):
-    """Position of a change of the row's sign between `low`, where it is positive or not, and `high`."""
+def _find_zero(fill, needs, row, level, panels, k, low, high, is_above, tile):
+    """Position where the row passes a level between `low`, where it is above or not, and `high`."""
     for _ in range(_MOST_CUTS):
         _fill_inside(fill, needs, panels, k, low, high, tile)
         passed = 0
-        while passed < LANES and (tile.node_signals[row * LANES + passed] > 0.0) == is_positive:
+        while passed < LANES and (tile.node_signals[row * LANES + passed] > level) == is_above:
             passed += 1
         step = (high - low) / (LANES + 1)
         low, high = low + passed * step, low + (passed + 1) * step if passed < LANES else high
@@ -55,8 +59,8 @@ def _find_zero(fill, needs, row, panels, k, low, high, is_positive, tile):
 
 
 @subroutine()
-def _find_crossing(fill, needs, row, panels, k, low, high, at_low, best, at_high, sign, tile):
-    """Position between `low` and `high` where ``sign * row`` is not positive; NaN if there is none.
+def _find_crossing(fill, needs, row, level, panels, k, low, high, at_low, best, at_high, sign, tile):
+    """Position between `low` and `high` where ``sign * (row - level)`` is not positive; NaN if there is none.
 
     `at_low`, `best` and `at_high` are values at both and at a point between them, or at the lower of both. A dip is not
     deeper than the row changes between these.
@@ -69,34 +73,34 @@ def _find_crossing(fill, needs, row, panels, k, low, high, at_low, best, at_high
         if at_high < at_low:
             least = LANES
         for lane in range(LANES):
-            value = sign * tile.node_signals[row * LANES + lane]
+            value = sign * (tile.node_signals[row * LANES + lane] - level)
             if value < best:
                 least, best = lane, value
         step = (high - low) / (LANES + 1)
         if best < 0.0 or (best == 0.0 and sign > 0.0):
             return low + (least + 1) * step
         if least > 0:
-            at_low = sign * tile.node_signals[row * LANES + least - 1]
+            at_low = sign * (tile.node_signals[row * LANES + least - 1] - level)
         if least < LANES - 1:
-            at_high = sign * tile.node_signals[row * LANES + least + 1]
+            at_high = sign * (tile.node_signals[row * LANES + least + 1] - level)
         low, high = low + max(least, 0) * step, low + min(least + 2, LANES + 1) * step
     return math.nan
 
 
 @subroutine()
-def _insert(panels, k, position, zeros, count):
+def _insert(panels, k, position, zeros, count, most):
     """Insert a zero into the ascending positions of others, unless it is one of them or an end; return their number.
 
-    It is `_MOST_ZEROS` + 1 where there is no room.
+    It is `most` + 1 where there is no room.
     """
     at = count
     while at > 0 and zeros[at - 1] > position:
         at -= 1
     before, after = zeros[at - 1] if at > 0 else -1.0, zeros[at] if at < count else 1.0
     least = _SHORTEST * (1.0 + abs(panels[CENTRE + k] + panels[HALF + k] * position))
-    if count > _MOST_ZEROS or min(position - before, after - position) * panels[HALF + k] < least:
+    if count > most or min(position - before, after - position) * panels[HALF + k] < least:
         return count
-    if count == _MOST_ZEROS:
+    if count == most:
         return count + 1
     for i in range(count, at, -1):
         zeros[i] = zeros[i - 1]
@@ -128,32 +132,33 @@ def _sample_row(fill, needs, rows, row, terms_row, noise, panels, k, tile):
 
 
 @subroutine()
-def _collect_zeros(fill, needs, rows, row, terms_row, noise, panels, k, count, tile):
-    """Add the zeros of a row on panel k to the first `count` of the positions in the tile's state.
+def _collect_zeros(fill, needs, row, level, panels, k, last, count, most, tile):
+    """Add the places on panel k where a row is at a level to the first `count` of the positions in the tile's state.
 
-    Return their number, `_MOST_ZEROS` + 1 if there are more that are not rounding.
+    Return their number, `most` + 1 if there are more that are not rounding. The samples 0 to `last` of the row are in
+    the tile.
     """
-    last = _sample_row(fill, needs, rows, row, terms_row, noise, panels, k, tile)
     values, roundings = tile.weights, tile.roots
     for j in range(last + 1):
-        is_rounding = max(abs(values[max(j - 1, 0)]), abs(values[j]), abs(values[min(j + 1, last)])) <= roundings[j]
-        if count > _MOST_ZEROS or (count == _MOST_ZEROS and is_rounding):
+        former, own, later = values[max(j - 1, 0)] - level, values[j] - level, values[min(j + 1, last)] - level
+        is_rounding = max(abs(former), abs(own), abs(later)) <= roundings[j]
+        if count > most or (count == most and is_rounding):
             continue
         before, here = 2.0 * max(j - 1, 0) / last - 1.0, 2.0 * j / last - 1.0
         after = 2.0 * min(j + 1, last) / last - 1.0
-        sign = 1.0 if values[j] > 0.0 else -1.0
-        if j > 0 and (values[j - 1] > 0.0) != (values[j] > 0.0):
-            zero = _find_zero(fill, needs, row, panels, k, before, here, values[j - 1] > 0.0, tile)
-            count = _insert(panels, k, zero, tile.state, count)
-        left, value, right = sign * values[max(j - 1, 0)], sign * values[j], sign * values[min(j + 1, last)]
+        sign = 1.0 if own > 0.0 else -1.0
+        if j > 0 and (former > 0.0) != (own > 0.0):
+            zero = _find_zero(fill, needs, row, level, panels, k, before, here, former > 0.0, tile)
+            count = _insert(panels, k, zero, tile.state, count, most)
+        left, value, right = sign * former, sign * own, sign * later
         if value > min(left, right) or value == max(left, right):
             continue
-        crossing = _find_crossing(fill, needs, row, panels, k, before, after, left, value, right, sign, tile)
+        crossing = _find_crossing(fill, needs, row, level, panels, k, before, after, left, value, right, sign, tile)
         if crossing == crossing:  # not NaN
-            zero = _find_zero(fill, needs, row, panels, k, before, crossing, sign > 0.0, tile)
-            count = _insert(panels, k, zero, tile.state, count)
-            zero = _find_zero(fill, needs, row, panels, k, crossing, after, sign < 0.0, tile)
-            count = _insert(panels, k, zero, tile.state, count)
+            zero = _find_zero(fill, needs, row, level, panels, k, before, crossing, sign > 0.0, tile)
+            count = _insert(panels, k, zero, tile.state, count, most)
+            zero = _find_zero(fill, needs, row, level, panels, k, crossing, after, sign < 0.0, tile)
+            count = _insert(panels, k, zero, tile.state, count, most)
     return count
 
 
@@ -165,8 +170,8 @@ def _angle(panels, k, position):
 
 
 @subroutine()
-def cut_at_zeros(fill, sizes, needs, corner_rows, work, tile, count):
-    """Cut the panels of a window of one design at the zeros of rows.
+def cut_at_zeros(fill, sizes, needs, corner_rows, corner_levels, work, tile, count):
+    """Cut the panels of a window of one design where rows are at levels.
 
     Return the number of panels, and whether a panel has more zeros than it is cut at.
     """
@@ -178,12 +183,15 @@ def cut_at_zeros(fill, sizes, needs, corner_rows, work, tile, count):
         work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
     )  # fmt: skip
     for k in range(count):
-        found = 0
+        found = last = 0
         for i in range(len(corner_rows)):
             row, terms_row = corner_rows[i, 0], corner_rows[i, 1]
-            found = _collect_zeros(fill, needs, sizes.rows, row, terms_row, work.noise[design], panels, k, found, tile)
-        if found > _MOST_ZEROS:
-            found, is_missed = _MOST_ZEROS, True
+            if i == 0 or row != corner_rows[i - 1, 0]:
+                last = _sample_row(fill, needs, sizes.rows, row, terms_row, work.noise[design], panels, k, tile)
+            most = min(found + _MOST_ZEROS, _MOST_PLACES)
+            found = _collect_zeros(fill, needs, row, corner_levels[i], panels, k, last, found, most, tile)
+            if found > most:
+                found, is_missed = most, True
         centre, half, end, at_end = panels[CENTRE + k], panels[HALF + k], 1.0, _angle(panels, k, 1.0)
         for i in range(found, -1, -1):  # the first part replaces the panel
             begin, to = zeros[i - 1] if i > 0 else -1.0, number if i > 0 else k

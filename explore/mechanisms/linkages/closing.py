@@ -20,7 +20,9 @@ from explore.mechanisms.linkages import turning as turn
 from explore.mechanisms.linkages.programs import (
     DISTANCE_ROW,
     FIRST_REFERENCE,
+    GREATEST_PLACE_ROW,
     GREATEST_ROW,
+    LEAST_PLACE_ROW,
     LEAST_ROW,
     MIDDLE_ROW,
     REACH_ROW,
@@ -90,6 +92,7 @@ def close_designs(record, sizes, blocked, fill_constants, check, direct, rate):
         _decide_all(record, sizes, blocked, check, constants, start, length, is_turn)
     for lane in range(LANES):
         constants[LEAST_ROW * LANES + lane] = constants[GREATEST_ROW * LANES + lane] = math.nan
+        constants[LEAST_PLACE_ROW * LANES + lane] = constants[GREATEST_PLACE_ROW * LANES + lane] = math.nan
         constants[MIDDLE_ROW * LANES + lane] = 1.0 if is_turn else start + 0.5 * length
         constants[REACH_ROW * LANES + lane] = 1.0 if is_turn else 0.5 * length
         record[(sizes.interval + 2) * LANES + lane] = math.nan
@@ -255,6 +258,7 @@ def _find_strokes(record, sizes, rate, constants):
             record[(sizes.interval + 2) * LANES + lane] = reversal.time_ratio(least, greatest)
         else:
             constants[LEAST_ROW * LANES + lane] = constants[GREATEST_ROW * LANES + lane] = math.nan
+            constants[LEAST_PLACE_ROW * LANES + lane] = constants[GREATEST_PLACE_ROW * LANES + lane] = math.nan
             if turns:
                 is_undecided = counts[lane] == reversal.UNDECIDED
                 record[sizes.status * LANES + lane] = (
@@ -277,7 +281,7 @@ def _count_reversals(rate, tile, rates, lane, counts, places):
 
 @subroutine(allocates=True)
 def _place_reversals(rate, constants, counts, places):
-    """Fill the half-tangents of the reversals of lanes with two."""
+    """Fill the half-tangents of the reversals of lanes with two, and the places of the output there."""
     tangents, anchors, low, high = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
     marks = np.empty(reversal.RATE_ROWS * LANES)
     for number in range(2):
@@ -286,5 +290,7 @@ def _place_reversals(rate, constants, counts, places):
         while change > reversal.SAME and rounds < 60:
             rate(constants, tangents, anchors, marks)
             change, rounds = reversal.improve(marks, 1.0 - 2.0 * number, tangents, low, high), rounds + 1
+        rate(constants, tangents, anchors, marks)
         for lane in range(LANES):
             constants[(LEAST_ROW + number) * LANES + lane] = reversal.from_anchor(tangents[lane], anchors[lane])
+            constants[(LEAST_PLACE_ROW + number) * LANES + lane] = marks[3 * LANES + lane]

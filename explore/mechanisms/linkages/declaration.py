@@ -71,7 +71,7 @@ def _specialise(table: LinkageTable, names: frozenset[str] | None, *, needs_stro
     quantities = find_quantities(equations)
     tells_reach = names is None or not names.isdisjoint(REACH_NAMES)
     if names is not None:
-        names |= {each.signal.corners_at for each in quantities if each.signal.name in names}
+        names = names.union(*(each.signal.corners_at for each in quantities if each.signal.name in names))
     wanted = [each for each in quantities if names is None or each.signal.name in names]
     others = [each for each in quantities if each not in wanted]
     needs_stroke |= any(each.signal.needs_stroke for each in wanted) and table.limits is None
@@ -135,7 +135,7 @@ def _declare(
     joints = list(dict.fromkeys(factor.joint for factor in equations.factors))
     mover, axis = (table.output, "") if table.output else _last_mover(table)
     output, change = f"{mover}_velocity{axis}", f"{mover}_acceleration{axis}"
-    rate = _rate_of(equations, output, change) if needs_stroke else ()
+    rate = _rate_of(equations, output, change, links) if needs_stroke else ()
     kernel = make_kernel(equations, outputs, links, joints, rate, squares, tells_reach=tells_reach)
     windows = (_range(*table.limits), _INTERVAL) if table.limits else _WINDOWS
     turns = windows is _WINDOWS
@@ -231,11 +231,16 @@ def _record_rows(kernel: Kernel, parameters: Sequence[str], mark: str) -> type[I
     return IntEnum("LinkageRow", {"STATUS": kernel.n_constants, **rows})  # type: ignore[return-value]  # a type
 
 
-def _rate_of(equations: Equations, rate: str, change: str) -> tuple[Number, ...]:
-    """The rate of the output, its slope by the angle, and the rounding error of both, for `reversals`."""
-    by_name = {each.signal.name: each for each in find_quantities(equations)}
+def _rate_of(equations: Equations, rate: str, change: str, links: Sequence[str]) -> tuple[Number, ...]:
+    """The rate of the output, its slope by the angle, the rounding error of both, and its place, for `reversals`.
+
+    The angle of a link is 0 unless it is one of the `links` whose references are filled.
+    """
+    by_name, table = {each.signal.name: each for each in find_quantities(equations)}, equations.table
+    is_placed = table.output in links or table.output in {slot.name for slot in table.slots}
+    place = equations.output_place() if is_placed else equations.graph.constant(0.0)
     size = equations.size if by_name[rate].signal.unit.startswith("mm") else equations.graph.constant(1.0)
-    return by_name[rate].number, by_name[change].number, size * equations.condition.sqrt() * ROUNDING
+    return by_name[rate].number, by_name[change].number, size * equations.condition.sqrt() * ROUNDING, place
 
 
 def _returns(name: str, table: LinkageTable) -> bool:

@@ -6,7 +6,8 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from explore.mechanisms.linkages.table import LinkageTable, TableParameter, length
+from explore.mechanisms.linkages.coordinate import length
+from explore.mechanisms.linkages.table import LinkageTable, TableParameter
 from explore.model.points import COORDINATES
 
 if TYPE_CHECKING:

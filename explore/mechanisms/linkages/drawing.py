@@ -3,8 +3,9 @@
 import math
 from collections.abc import Sequence
 
+from explore.mechanisms.linkages.coordinate import Coordinate, Place
 from explore.mechanisms.linkages.load_signals import load_panels
-from explore.mechanisms.linkages.table import FRAME, Body, Coordinate, LinkageTable, Place, Slot
+from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slot
 from explore.model.drawing import Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.quantities import Signal
 

@@ -5,22 +5,23 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from explore.mechanisms.linkages.coordinate import Coordinate
 from explore.mechanisms.linkages.graph import Graph, Number
-from explore.mechanisms.linkages.table import Coordinate
 from explore.model.quantities import FloatArray
 
 #: Functions of one value, by their names in formulas; sines, cosines and tangents take degrees.
 _FUNCTIONS = ("sin", "cos", "tan", "log", "exp")
 
 
-def read_expression(graph: Graph, coordinate: Coordinate) -> Number:
-    """A coordinate as a number, from its operations."""
+def read_expression(graph: Graph, coordinate: Coordinate, given: Mapping[str, Number] | None = None) -> Number:
+    """A coordinate as a number, from its operations; names are parameters, but for those `given`."""
     stack: list[Number] = []
     for operation, operand in coordinate.steps:
         if operation == "number":
             stack.append(graph.constant(operand))
         elif operation == "input":
-            stack.append(graph.input(coordinate.names[int(operand)]))
+            name = coordinate.names[int(operand)]
+            stack.append(given[name] if given and name in given else graph.input(name))
         elif operation == "negate":
             stack.append(-stack.pop())
         elif operation in ("sqrt", "abs"):

@@ -30,6 +30,10 @@ VERSINES = ("@versine0", "@versine1", "@versine2", "@versine3")
 SENSE = "@sense"
 #: Input of the half-tangent of the reversal of the output at its least place; no number where there are no strokes.
 LEAST = "@least"
+#: Input of the least place or angle of the output, mm or rad; no number where there are no strokes.
+LEAST_PLACE = "@least_place"
+#: Input of the greatest one.
+GREATEST_PLACE = "@greatest_place"
 
 Node = tuple[str | int | float, ...]
 

@@ -3,12 +3,14 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+from explore.mechanisms.linkages.curves import levels_of_curve, place_unit
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
+from explore.mechanisms.linkages.load_table import Curve, Loads
 from explore.mechanisms.linkages.loads import Loading
 from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.reactions import Reactions
-from explore.mechanisms.linkages.table import FRAME, LinkageTable, Loads
+from explore.mechanisms.linkages.table import FRAME, LinkageTable
 from explore.mechanisms.load_metrics import NET_WORK_OF_DRIVE, WORK_FORMULAS, largest
 from explore.model.drawing import Panel
 from explore.model.quantities import Formula, Signal
@@ -24,6 +26,7 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
     if table.loads is None:
         return
     loading = Loading(equations, table.loads)
+    yield from _find_curves(loading, table, table.loads)
     torque = loading.torque
     if not table.driven_slot:
         yield _quantity(
@@ -32,12 +35,23 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
     yield _quantity(loading, torque, "drive_power", "W", "power of the drive")
     positive = torque.call("maximum", equations.graph.constant(0.0))
     yield _quantity(
-        loading, positive, "positive_power", "W", "power of the drive where it drives, else 0", corners_at="drive_power"
-    )
+        loading, positive, "positive_power", "W", "power of the drive where it drives, else 0",
+        corners_at=("drive_power",),
+    )  # fmt: skip
     if table.loads.lose_power:
         words = "power that dampers and what opposes the motion take"
         yield _quantity(loading, loading.loss, "friction_power", "W", words)
     yield from _find_forces(equations, loading, table.loads)
+
+
+def _find_curves(loading: Loading, table: LinkageTable, loads: Loads) -> Iterator[Quantity]:
+    """The place and the value of each curve."""
+    for curve in loads.curves:
+        name, unit, words = place_signal(curve), place_unit(table, curve), f"place that the curve {curve.name} is over"
+        place = _quantity(loading, loading.places[curve.name], name, unit, words, 0)
+        yield replace(place, signal=replace(place.signal, corner_levels=levels_of_curve(table, curve)))
+        value, words = loading.values[curve.name], f"value of the curve {curve.name}, in the unit of its loads"
+        yield _quantity(loading, value, f"{curve.name}_value", "1", words, 0)
 
 
 def _find_forces(equations: Equations, loading: Loading, loads: Loads) -> Iterator[Quantity]:
@@ -72,13 +86,20 @@ def force_places(table: LinkageTable, loads: Loads) -> Iterator[tuple[str, str]]
 
 
 def _quantity(
-    loading: Loading, number: Number, name: str, unit: str, long_name: str, speed_power: int = 1, corners_at: str = ""
-) -> Quantity:
+    loading: Loading, number: Number, name: str, unit: str, long_name: str, speed_power: int = 1,
+    corners_at: tuple[str, ...] = (),
+) -> Quantity:  # fmt: skip
+    corners_at = (*corners_at, *map(place_signal, loading.loads.curves))
     signal = Signal(
         name, unit, long_name, -1, 1, speed_power=speed_power, pole_order=_POLE_ORDER, depends_on_load=True,
-        has_corners=corners_at != "", corners_at=corners_at, needs_stroke=loading.opposes,
+        has_corners=bool(corners_at), corners_at=corners_at, needs_stroke=loading.loads.need_strokes,
     )  # fmt: skip
     return Quantity(signal, number, tuple(dict.fromkeys(loading.angles)), tuple(loading.squares))
+
+
+def place_signal(curve: Curve) -> str:
+    """The name of the signal of the place that a curve is over."""
+    return f"{curve.name}_place"
 
 
 def load_formulas(table: LinkageTable, window: str) -> tuple[Formula, ...]:
@@ -91,14 +112,14 @@ def load_formulas(table: LinkageTable, window: str) -> tuple[Formula, ...]:
     if table.limits is not None:
         return (peak,)
     positive, net = WORK_FORMULAS
-    if table.loads.has("torque"):
+    if table.loads.gain_power:
         return (peak, positive, NET_WORK_OF_DRIVE)
     return (peak, positive, net) if table.loads.lose_power else (peak, positive)
 
 
 def balanced_signals(table: LinkageTable) -> tuple[str, ...]:
     """The signals whose mean over the turn is exactly 0, as all loads give back what they take."""
-    if table.loads is None or table.loads.lose_power or table.loads.has("torque"):
+    if table.loads is None or table.loads.lose_power or table.loads.gain_power:
         return ()
     return ("drive_power",) if table.driven_slot else (_TORQUE, "drive_power")
 

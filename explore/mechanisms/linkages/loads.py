@@ -13,10 +13,12 @@ from collections import defaultdict
 from fractions import Fraction
 
 from explore.base.units.quantities import unit_factor
+from explore.mechanisms.linkages.coordinate import Coordinate, Place
+from explore.mechanisms.linkages.curves import place_of_curve, value_of_curve
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import read_expression
 from explore.mechanisms.linkages.graph import LEAST, SENSE, Number, Series
-from explore.mechanisms.linkages.table import Coordinate, Element, Loads, Mass, Place
+from explore.mechanisms.linkages.load_table import FROM_LEAST, TO_GREATEST, Element, Loads, Mass
 from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minus
 
 #: Units of amounts that are not negative, and that 0 leaves out.
@@ -34,6 +36,8 @@ class Loading:
 
     Attributes
     ----------
+    loads
+        The loads as data.
     on_pins
         Forces on each pin, N: with the weight and the inertia of a mass there.
     on_bodies
@@ -44,12 +48,12 @@ class Loading:
         Links whose angles the loads depend on.
     squares
         Squares of distances that are divided by.
-    opposes
-        Whether forces jump where the output turns back.
+    places, values
+        The place of each curve, mm or rad, and its value.
     """
 
     def __init__(self, equations: Equations, loads: Loads) -> None:
-        self._equations, self._graph = equations, equations.graph
+        self._equations, self._graph, self.loads = equations, equations.graph, loads
         self._zero = self._graph.constant(0.0)
         self._one, self._meters = self._graph.constant(1.0), self._graph.constant(_METERS)
         self._speed = self._graph.input(SPEED) if loads.is_dynamic else self._zero
@@ -59,8 +63,10 @@ class Loading:
         self.on_pins: dict[str, list[Local]] = defaultdict(list)
         self.on_bodies: dict[str, list[tuple[Local, Local]]] = defaultdict(list)
         self.moments: dict[str, list[Number]] = defaultdict(list)
-        self.opposes = loads.oppose
-        self.angles: list[str] = []
+        self.places = {curve.name: place_of_curve(equations, curve) for curve in loads.curves}
+        self.values = {curve.name: value_of_curve(equations, curve, self.places[curve.name]) for curve in loads.curves}
+        of_output = any(curve.over in (FROM_LEAST, TO_GREATEST) for curve in loads.curves)
+        self.angles = [equations.table.output] if of_output and equations.table.output in equations.directions else []
         self.squares: list[Series] = []
         gravity = loads.gravity
         self._gravity = (
@@ -84,7 +90,7 @@ class Loading:
         return self._loss * self._meters
 
     def _read(self, coordinate: Coordinate) -> Number:
-        return read_expression(self._graph, coordinate)
+        return read_expression(self._graph, coordinate, self.values)
 
     def _read_pair(self, pair: Place) -> Local:
         return self._read(pair[0]), self._read(pair[1])

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from explore.mechanisms.linkages.coordinate import Coordinate
 from explore.mechanisms.linkages.expressions import evaluate_coordinate
 from explore.mechanisms.linkages.load_signals import load_formulas
 from explore.mechanisms.linkages.reaches import MOST_REACHES
-from explore.mechanisms.linkages.table import Coordinate, LinkageTable
+from explore.mechanisms.linkages.table import LinkageTable
 from explore.mechanisms.overall_size import declare_size
 from explore.model.quantities import FloatArray, Formula, Metric, Signal
 

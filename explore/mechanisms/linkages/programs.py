@@ -6,7 +6,19 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from explore.mechanisms.linkages.graph import ANGLE, COSINE, LEAST, SENSE, SINE, VERSINES, Graph, Number, operands
+from explore.mechanisms.linkages.graph import (
+    ANGLE,
+    COSINE,
+    GREATEST_PLACE,
+    LEAST,
+    LEAST_PLACE,
+    SENSE,
+    SINE,
+    VERSINES,
+    Graph,
+    Number,
+    operands,
+)
 from explore.mechanisms.linkages.trace import REFERENCE
 
 #: Operations that round nothing.
@@ -21,8 +33,12 @@ GREATEST_ROW = 2
 MIDDLE_ROW = 3
 #: Row of the constant with half its length, rad; 1 for the turn.
 REACH_ROW = 4
+#: Row of the constant with the least place or angle of the output, mm or rad.
+LEAST_PLACE_ROW = 5
+#: Row of the constant with the greatest one.
+GREATEST_PLACE_ROW = 6
 #: Row of the first of three constants of each link's reference.
-FIRST_REFERENCE = 5
+FIRST_REFERENCE = 7
 
 
 class Operation(NamedTuple):
@@ -69,13 +85,14 @@ class Rows:
         # The rows before are written at the end; references follow one after the other, whether used or not.
         references = [graph.input(f"{REFERENCE}{link}:{part}").index for link in links for part in range(3)]
         self._rows = {k: row for row, k in enumerate(references, FIRST_REFERENCE)}
-        self._rows[graph.input(LEAST).index] = LEAST_ROW
+        for name, row in ((LEAST, LEAST_ROW), (LEAST_PLACE, LEAST_PLACE_ROW), (GREATEST_PLACE, GREATEST_PLACE_ROW)):
+            self._rows[graph.input(name).index] = row
         self._written_last = frozenset(self._rows)
 
     @property
     def count(self) -> int:
         """Number of constants."""
-        return FIRST_REFERENCE - 1 + len(self._rows)
+        return FIRST_REFERENCE - 3 + len(self._rows)
 
     def add(self, outputs: Sequence[Number]) -> None:
         """Add the constants that outputs need."""

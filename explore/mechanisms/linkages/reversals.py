@@ -2,7 +2,7 @@
 
 A cell of the turn has no zero if the rate keeps its sign in it, and one or none if the rate is monotonic, each by more
 than its cubic may miss. Cells that neither decides are halved. Rows of the values of a node: the rate, its slope by the
-angle, and the rounding error of both.
+angle, the rounding error of both, and the place or angle of the output.
 """
 
 import math
@@ -14,7 +14,7 @@ from explore.mechanisms.linkages.cells import SAFETY, copy_cell, halve_cell, lea
 #: Cells of the turn at first.
 CELLS = 64
 #: Rows of the values of a node.
-RATE_ROWS = 3
+RATE_ROWS = 4
 #: Numbers of a cell.
 CELL_SIZE = 6
 #: Number of reversals of a design that was not decided.

@@ -10,48 +10,14 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
-from typing import Literal
+
+from explore.mechanisms.linkages.coordinate import Coordinate, Place, constant
+from explore.mechanisms.linkages.load_table import Loads
 
 #: The body that does not move.
 FRAME = "frame"
 #: Beginning of the names of mechanisms of tables.
 PREFIX = "linkage-"
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """A coordinate, mm: an expression of parameters, in which numbers and angles are in degrees.
-
-    Attributes
-    ----------
-    names
-        The parameters it uses.
-    steps
-        Operations in postfix order, as in `explore.model.expressions.Expression`: ("input", k) is the parameter
-        ``names[k]``.
-    """
-
-    names: tuple[str, ...]
-    steps: tuple[tuple[str, float], ...]
-
-
-#: Two coordinates of a point in the frame of its body.
-Place = tuple[Coordinate, Coordinate]
-
-
-def constant(value: float) -> Coordinate:
-    """The coordinate that is a number."""
-    return Coordinate((), (("number", float(value) + 0.0),))
-
-
-def length(name: str) -> Coordinate:
-    """The coordinate that is a parameter."""
-    return Coordinate((name,), (("input", 0.0),))
-
-
-#: The coordinate 0.
-ZERO = constant(0.0)
-
 #: Stands for the place of a driven pin, which depends on the input angle.
 _DRIVEN: Place = (constant(math.nan),) * 2
 
@@ -98,92 +64,6 @@ class Slide:
     link: str
     body: str
     direction: Place
-
-
-@dataclass(frozen=True)
-class Mass:
-    """The mass of a link, or at a point.
-
-    Attributes
-    ----------
-    owner
-        The link or the point.
-    mass
-        In kg.
-    centroid
-        A point of the link, or a place in its coordinates; that of a mass at a point is the point.
-    inertia
-        Moment of inertia about the centroid, kg m^2.
-    """
-
-    owner: str
-    mass: Coordinate
-    centroid: str | Place
-    inertia: Coordinate
-
-
-@dataclass(frozen=True)
-class PointForce:
-    """A force at a point, N along the axes of the frame."""
-
-    point: str
-    force: Place
-
-
-@dataclass(frozen=True)
-class Element:
-    """A spring, a damper, a torque, or what opposes the motion of the output.
-
-    Attributes
-    ----------
-    kind
-        "spring", "damper", "torque" or "opposing".
-    name
-        Its name in the table.
-    ends
-        What it acts between: two points, along the line through them; a slot, along it; or a link, about the frame or
-        about a second link.
-    size
-        The torque counter-clockwise on the first link, N m; the rate, in N/m, N s/m, N m/rad or N m s/rad; or the
-        force or torque against the motion, N or N m.
-    rest
-        Length, position or angle at which a spring is relaxed, mm or deg.
-    """
-
-    kind: Literal["spring", "damper", "torque", "opposing"]
-    name: str
-    ends: tuple[str, ...]
-    size: Coordinate
-    rest: Coordinate | None = None
-
-
-@dataclass(frozen=True)
-class Loads:
-    """What acts on a linkage besides its drive; gravity in m/s^2 along the axes of the frame, None for none."""
-
-    gravity: Place | None = None
-    masses: tuple[Mass, ...] = ()
-    forces: tuple[PointForce, ...] = ()
-    elements: tuple[Element, ...] = ()
-
-    @property
-    def is_dynamic(self) -> bool:
-        """Whether the speed changes them."""
-        return bool(self.masses) or self.has("damper")
-
-    @property
-    def oppose(self) -> bool:
-        """Whether they oppose the motion of the output, and so jump where it turns back."""
-        return self.has("opposing")
-
-    @property
-    def lose_power(self) -> bool:
-        """Whether they take power whichever way the linkage moves."""
-        return self.has("damper") or self.oppose
-
-    def has(self, kind: str) -> bool:
-        """Whether there is an element of a kind."""
-        return any(element.kind == kind for element in self.elements)
 
 
 def carrier(body: str, slides: Iterable[Slide]) -> str:
@@ -298,7 +178,9 @@ class LinkageTable:
     def digest(self) -> str:
         """A hash of everything that the motion, its signals and their names follow from."""
         *others, limits, loads, branches = [_plain(getattr(self, field.name)) for field in fields(self)]
-        # Results of before there were limits or loads name their mechanism by a hash without them.
+        # Results of before there were limits, loads or curves name their mechanism by a hash without them.
+        if self.loads and not self.loads.curves:
+            loads = _plain(tuple(getattr(self.loads, field.name) for field in fields(self.loads)[:-1]))
         content = (*others, *(part for part in (limits, loads, branches) if part))
         return hashlib.sha256(repr(content).encode()).hexdigest()
 

@@ -3,11 +3,12 @@
 from dataclasses import dataclass, field, replace
 from functools import reduce
 
+from explore.mechanisms.linkages.coordinate import Place
 from explore.mechanisms.linkages.driver_distance import DriverDistance, Input, find_distance
 from explore.mechanisms.linkages.expressions import read_expression
 from explore.mechanisms.linkages.graph import Graph, Number, Series
 from explore.mechanisms.linkages.steps import SlideLine
-from explore.mechanisms.linkages.table import FRAME, LinkageTable, Place, Slide, Slot
+from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slide, Slot
 from explore.mechanisms.linkages.vectors import Local, Vector, dot, larger, length, minus
 
 #: Beginning of the names of inputs for the middle of a link's range (rad, ":0"), its cosine (":1") and sine (":2").
@@ -114,6 +115,11 @@ class Trace:
         middle, to_cosine, to_sine = (self.graph.input(f"{REFERENCE}{link}:{part}") for part in range(3))
         x, y = cosine * to_cosine + sine * to_sine, sine * to_cosine - cosine * to_sine
         return middle + y.call("arctangent", x)
+
+    def output_place(self) -> Number:
+        """The position of the output's pin in its slot, mm, or the angle of the output link, rad."""
+        slot = next((slot for slot in self.table.slots if slot.name == self.table.output), None)
+        return self.slot_position(slot).terms[0] if slot else self.angle_of(self.table.output)
 
     def turning_of(self, body: str) -> tuple[Number, Number]:
         """First and second derivative of the angle of a body by the input angle."""

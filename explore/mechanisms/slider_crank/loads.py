@@ -18,7 +18,7 @@ PARAMETERS = (
               affects="load", zero_meaning="none", is_dynamic=True),
     Parameter("mass", "kg", "mass of the slider", 0.0, affects="load", zero_meaning="none", is_dynamic=True),
     Parameter("friction", "1", "coefficient of friction of the slider's guide", 0.0, upper=1.0,
-              affects="load", zero_meaning="none", adds_corners=True, corners_at="guide_force"),
+              affects="load", zero_meaning="none", adds_corners=True, corners_at=("guide_force",)),
     Parameter("gravity", "m/s^2", "acceleration of free fall, across the slider's line, towards negative offsets",
               9.80665, affects="load", zero_meaning="none"),
     Parameter("crank_mass", "kg", "mass of the crank", 0.0, affects="load", zero_meaning="none", is_dynamic=True),
@@ -44,12 +44,19 @@ def _force(name: str, long_name: str, row: int, *, squares: bool = False) -> Sig
 
 
 def _torque(
-    name: str, unit: str, long_name: str, row: int, power: int = 1, *, shares: str = "", corners_at: str = ""
+    name: str,
+    unit: str,
+    long_name: str,
+    row: int,
+    power: int = 1,
+    *,
+    shares: str = "",
+    corners_at: tuple[str, ...] = (),
 ) -> Signal:
     return Signal(
         name, unit, long_name, row, columns.FORCES, power, pole_order=6, depends_on_load=True,
         required_loads=_REQUIRED_LOADS, terms_row=columns.TORQUE_TERMS, shares_row_with=shares,
-        has_corners=corners_at != "", corners_at=corners_at,
+        has_corners=bool(corners_at), corners_at=corners_at,
     )  # fmt: skip
 
 
@@ -66,7 +73,7 @@ SIGNALS = (
         "W",
         "power that turns the crank where it drives, else 0",
         columns.POSITIVE_TORQUE,
-        corners_at="drive_torque",
+        corners_at=("drive_torque",),
     ),
     _torque(
         "friction_power", "W", "power lost to friction, in the damper and to the opposing force", columns.LOST_TORQUE

@@ -1,6 +1,7 @@
 """The table of the slider-crank, by the names of its drawing: the rod's coordinates begin at the crank's pin."""
 
-from explore.mechanisms.linkages.table import FRAME, ZERO, Body, LinkageTable, Slot, TableParameter, constant, length
+from explore.mechanisms.linkages.coordinate import ZERO, constant, length
+from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slot, TableParameter
 
 _ORIGIN = ZERO, ZERO
 TABLE = LinkageTable(

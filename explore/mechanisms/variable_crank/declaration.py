@@ -41,12 +41,12 @@ _REQUIRED_LOADS = (
 )  # fmt: skip
 
 
-def _force(name: str, unit: str, long_name: str, row: int, terms_row: int, corners_at: str = "") -> Signal:
+def _force(name: str, unit: str, long_name: str, row: int, terms_row: int, corners_at: tuple[str, ...] = ()) -> Signal:
     """Declare a signal under load."""
     needs = columns.FORCES | columns.PINS if row in columns.PIN_ROWS else columns.FORCES
     return Signal(name, unit, long_name, row, needs, pole_order=4, depends_on_load=True,
                   required_loads=_REQUIRED_LOADS, is_magnitude=row in columns.SQUARES, terms_row=terms_row,
-                  has_corners=corners_at != "", corners_at=corners_at)  # fmt: skip
+                  has_corners=bool(corners_at), corners_at=corners_at)  # fmt: skip
 
 
 _SIGNALS = (
@@ -80,7 +80,7 @@ _SIGNALS = (
     _force("drive_torque", "N m", "torque that turns the disc", columns.TORQUE, columns.TORQUE_TERMS),
     _force("drive_power", "W", "power that turns the disc", columns.POWER, columns.POWER_TERMS),
     _force("positive_power", "W", "power that turns the disc where it drives, else 0", columns.POSITIVE_POWER,
-           columns.POWER_TERMS, "drive_power"),
+           columns.POWER_TERMS, ("drive_power",)),
     _force("friction_power", "W", "power lost to friction, in the damper and to the opposing force",
            columns.FRICTION_POWER, columns.POWER_TERMS),
 )  # fmt: skip
@@ -152,7 +152,7 @@ VARIABLE_CRANK = Mechanism(
                   "continuous", 2.0, choices=(1.0, 2.0, 3.0)),
         Parameter("mass", "kg", "mass of the slider", 1.0, affects="load", zero_meaning="none"),
         Parameter("friction", "1", "coefficient of friction of the slider's guide", 0.0, upper=1.0, affects="load",
-                  zero_meaning="none", adds_corners=True, corners_at="guide_force"),
+                  zero_meaning="none", adds_corners=True, corners_at=("guide_force",)),
         Parameter("gravity", "m/s^2", "acceleration of free fall, towards the guide", 9.80665, affects="load",
                   zero_meaning="none"),
         *_LOADS,

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
+from copy import deepcopy
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -75,7 +77,7 @@ class Linkage:
             sections = sections[SECTION]
         problems: Problems = []
         values = toml_text.toml_value({} if parameters is None else parameters)
-        table = read_table(sections, values, problems)
+        table = read_table(sections, values, problems, Path())
         if table is not None:
             note_unused(table, values, problems)
         if problems or table is None:
@@ -149,7 +151,7 @@ def _linkage_of_text(file: str, text: str, sections: Mapping[str, Any]) -> Linka
     if SECTION not in sections:
         problems.append(((SECTION,), "is missing; describe the linkage in the section [linkage]"))
     values = _values(sections)
-    table = None if problems else read_table(sections[SECTION], values, problems)
+    table = None if problems else read_table(sections[SECTION], values, problems, Path(file).parent)
     if table is not None:
         note_unused(table, values, problems)
     if problems or table is None:
@@ -177,7 +179,7 @@ def read_linkage(
         problems.append((key, reason))
         return None
     table = _read_file(entry, entries, folder, problems, file_problems) if isinstance(entry, str) else read_table(
-        entry, entries, problems
+        entry, entries, problems, folder
     )  # fmt: skip
     if table is None:
         return None
@@ -202,7 +204,7 @@ def _read_file(
         found: Problems = []
         table = None
         if SECTION in sections:
-            table = read_table(sections[SECTION], entries, found)
+            table = read_table(sections[SECTION], entries, found, Path(file).parent)
         else:
             found.append(((SECTION,), "is missing; describe the linkage in the section [linkage]"))
     except ConfigError as error:
@@ -216,18 +218,37 @@ def _read_file(
 
 
 def inlined(text: str, linkage: Linkage | None) -> str:
-    """The text of a study, with its table in place of the name of the file that has it."""
+    """The text of a study, with its table, and points of curves, in place of the names of the files that have them."""
     own = tomllib.loads(text)
-    if linkage is None or not isinstance(own.get(SECTION), str):
-        return text
-    wanted = {**own, SECTION: linkage.content}
     lines = text.replace("\r\n", "\n").split("\n")
-    del lines[line_of(locate("\n".join(lines)), (SECTION,)) - 1]
-    written = "\n".join(lines).rstrip() + f"\n\n{linkage.to_toml()}"
+    if linkage is None:
+        return text
+    if isinstance(own.get(SECTION), str):
+        wanted = {**own, SECTION: linkage.content}
+        del lines[line_of(locate("\n".join(lines)), (SECTION,)) - 1]
+        written = "\n".join(lines).rstrip() + f"\n\n{linkage.to_toml()}"
+    elif curves := curve_files(own):
+        wanted, written = deepcopy(own), "\n".join(lines)
+        for name, file in curves.items():
+            points = linkage.content["loads"]["curves"][name]["points"]
+            del wanted[SECTION]["loads"]["curves"][name]["file"]
+            wanted[SECTION]["loads"]["curves"][name]["points"] = points
+            written = re.sub(rf"\bfile\s*=\s*([\"']){re.escape(file)}\1", f"points = {points}", written)
+    else:
+        return text
     with suppress(tomllib.TOMLDecodeError):
         if tomllib.loads(written) == wanted:
             return written
     return toml_text.format_toml(wanted)
+
+
+def curve_files(sections: Mapping[str, Any]) -> dict[str, str]:
+    """The files that curves of a study name, by the names of the curves."""
+    part: object = sections
+    for key in (SECTION, "loads", "curves"):
+        part = part.get(key) if isinstance(part, Mapping) else None
+    entries = part.items() if isinstance(part, Mapping) else ()
+    return {name: str(entry["file"]) for name, entry in entries if isinstance(entry, Mapping) and "file" in entry}
 
 
 def mechanism_of(results: Results) -> Mechanism:

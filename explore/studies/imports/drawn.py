@@ -8,7 +8,8 @@ from typing import Any
 
 from explore.base.errors import ConfigError, RequestError
 from explore.base.suggest import one_line
-from explore.mechanisms.linkages.table import FRAME, ZERO, Slide, carrier
+from explore.mechanisms.linkages.coordinate import ZERO
+from explore.mechanisms.linkages.table import FRAME, Slide, carrier
 from explore.studies.config.linkage import Linkage
 from explore.studies.config.toml_text import format_toml
 from explore.studies.linkages.names import reason_against

@@ -3,18 +3,10 @@
 import math
 from typing import Any
 
+from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, Place
+from explore.mechanisms.linkages.load_table import Curve, Element, Loads, Mass
 from explore.mechanisms.linkages.steps import find_steps
-from explore.mechanisms.linkages.table import (
-    ZERO,
-    Body,
-    Coordinate,
-    Element,
-    LinkageTable,
-    Loads,
-    Mass,
-    Place,
-    TableParameter,
-)
+from explore.mechanisms.linkages.table import Body, LinkageTable, TableParameter
 from explore.studies.linkages.branch import two_sided, words_of
 from explore.studies.linkages.coordinates import text_of
 
@@ -62,6 +54,7 @@ def _loads(loads: Loads) -> dict[str, Any]:
         "opposing": {each.name: _number(each.size) for each in loads.elements if each.kind == "opposing"},
         "springs": {each.name: _spring(each) for each in loads.elements if each.kind == "spring"},
         "dampers": {each.name: _spring(each) for each in loads.elements if each.kind == "damper"},
+        "curves": {curve.name: _curve(curve) for curve in loads.curves},
     }
     return {name: part for name, part in parts.items() if part}
 
@@ -82,6 +75,14 @@ def _torque(element: Element) -> Any:
 def _spring(element: Element) -> dict[str, Any]:
     ends = element.ends[0] if len(element.ends) == 1 else list(element.ends)
     return {"between": ends, "rate": _number(element.size)} | ({"rest": _number(element.rest)} if element.rest else {})
+
+
+def _curve(curve: Curve) -> dict[str, Any]:
+    over: Any = curve.over
+    if not isinstance(over, str):
+        over = {"point": over[0], "along": _pair(over[1])}
+    points = [[_whole(x), _whole(y)] for x, y in curve.points]
+    return {"over": over, "points": points} | ({"shape": "cubic"} if curve.is_cubic else {})
 
 
 def _points(body: Body) -> dict[str, Any]:

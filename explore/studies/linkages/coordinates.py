@@ -10,7 +10,7 @@ from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
 from explore.evaluation.propagation import Bounded, propagate
-from explore.mechanisms.linkages.table import ZERO, Coordinate, Place, constant
+from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, Place, constant
 from explore.model.expressions import FUNCTIONS, Expression
 from explore.studies.request.formula_text import ANGULAR, MOST_CHARACTERS, parse_formula
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 from explore.base.errors import KeyPath
-from explore.mechanisms.linkages.table import FRAME, Body, Coordinate, Place, Slide, Slot, carrier
+from explore.mechanisms.linkages.coordinate import Coordinate, Place
+from explore.mechanisms.linkages.table import FRAME, Body, Slide, Slot, carrier
 from explore.studies.linkages.coordinates import moved, read_angle, turned
 from explore.studies.linkages.names import reason_against
 from explore.studies.linkages.structure import SECTION, Structure

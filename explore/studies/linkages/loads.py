@@ -1,13 +1,20 @@
-"""Read the section [linkage.loads]: masses, gravity, forces, torques, springs, dampers, and what opposes the output."""
+"""Read the section [linkage.loads]: masses, gravity, forces, torques, springs, dampers, and what opposes the output.
+
+`explore.studies.linkages.curves` reads the curves that forces, torques and what opposes can follow.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from explore.base.errors import KeyPath
 from explore.base.suggest import closest_name, format_value, suggestion
+from explore.mechanisms.linkages.coordinate import ZERO, Coordinate
+from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PointForce
 from explore.mechanisms.linkages.loads import AMOUNTS
-from explore.mechanisms.linkages.table import FRAME, ZERO, Coordinate, Element, Loads, Mass, PointForce, carrier
+from explore.mechanisms.linkages.table import FRAME, carrier
 from explore.studies.linkages.coordinates import read_amount, read_pair
+from explore.studies.linkages.curves import CURVE, CurveReader
 from explore.studies.linkages.parameters import Located
 from explore.studies.linkages.structure import SECTION, Structure
 
@@ -22,7 +29,13 @@ _EXAMPLES = {
 #: Example of a torque between two links.
 _BETWEEN = 'rocker = { torque = 2.5, against = "coupler" }'
 
-_KEYS = ("gravity", *_EXAMPLES)
+_KEYS = ("gravity", *_EXAMPLES, "curves")
+#: Parts whose numbers can have curves.
+_CURVED = ("forces", "torques", "opposing")
+
+#: Operations of an expression with a curve: others would give it corners and poles that nothing looks for.
+_LINEAR = {"input", "number", "negate", "+", "-", "*"}
+
 _MASS_KEYS = ("mass", "centroid", "inertia")
 _TORQUE_KEYS = ("torque", "against")
 #: Units of rates of springs and dampers, along a line and of an angle.
@@ -34,7 +47,7 @@ _MOST_ENTRIES = 100
 class LoadReader:
     """The loads of a structure, with their coordinates; problems are appended to those of the structure."""
 
-    def __init__(self, structure: Structure, driver: str, output: str, *, turns: bool) -> None:
+    def __init__(self, structure: Structure, driver: str, output: str, folder: Path | None, *, turns: bool) -> None:
         self._structure, self._driver, self._problems = structure, driver, structure.problems
         self._output, self._turns = output, turns
         self._links = [link.name for link in structure.links]
@@ -42,6 +55,7 @@ class LoadReader:
         fixed = structure.bodies[FRAME].place_of
         self._moving = [point for point in structure.points if point not in fixed]
         self.coordinates: list[Located] = []
+        self.curves = CurveReader(structure, output, self._moving, folder, turns=turns)
 
     def read(self, entries: Mapping[str, Any]) -> Loads | None:
         """The loads that a section describes; None where it is empty."""
@@ -50,7 +64,9 @@ class LoadReader:
         gravity = None
         if "gravity" in entries:
             gravity = self._pair(entries["gravity"], (*key, "gravity"), "m/s^2")
-        parts = {name: self._part(entries, name) for name in _EXAMPLES}
+        curves = self.curves.read(self._part(entries, "curves", CURVE))
+        self.coordinates += self.curves.coordinates
+        parts = {name: self._part(entries, name, example) for name, example in _EXAMPLES.items()}
         if (count := sum(map(len, parts.values()))) > _MOST_ENTRIES:
             self._problems.append((key, f"has {count:,} entries; at most {_MOST_ENTRIES} are possible"))
             return None
@@ -61,12 +77,17 @@ class LoadReader:
         elements += [self._spring(kind, name, entry) for kind in _RATES for name, entry in parts[kind].items()]
         if gravity is not None and not masses and not self._problems:
             self._problems.append(((*key, "gravity"), "acts on masses, and there is none; write them in masses"))
-        return Loads(gravity, masses, forces, tuple(elements)) if masses or forces or elements else None
+        used = {name for coordinate, _, _ in self.coordinates for name in coordinate.names}
+        for curve in curves:
+            if curve.name not in used and not self._problems:
+                reason = f'no load uses it; write its name in one, such as torques: rocker = "{curve.name}"'
+                self._problems.append(((*key, "curves", curve.name), reason))
+        return Loads(gravity, masses, forces, tuple(elements), curves) if masses or forces or elements else None
 
-    def _part(self, entries: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    def _part(self, entries: Mapping[str, Any], name: str, example: str) -> Mapping[str, Any]:
         part, key = entries.get(name, {}), (SECTION, "loads", name)
         if not isinstance(part, Mapping):
-            self._problems.append((key, f"must be a table such as {_EXAMPLES[name]}, got {format_value(part)}"))
+            self._problems.append((key, f"must be a table such as {example}, got {format_value(part)}"))
             return {}
         return part
 
@@ -183,9 +204,23 @@ class LoadReader:
         value = coordinate.steps[0][1]
         if (unit in AMOUNTS or key[2] == "opposing") and not coordinate.names and value < 0.0:
             self._problems.append((key, f"must not be negative, got {value:g}"))
+        self._check_curves(coordinate, key)
         if len(self._problems) == before:
             self.coordinates.append((coordinate, key, unit))
         return coordinate
+
+    def _check_curves(self, coordinate: Coordinate, key: KeyPath) -> None:
+        """Note a curve where none can be, in an operation that none can have, or with negative values that oppose."""
+        curves = [name for name in coordinate.names if name in self.curves.names]
+        if not curves:
+            return
+        operations = {operation for operation, _ in coordinate.steps}
+        if key[2] not in _CURVED:
+            self._problems.append((key, f"{curves[0]} is a curve, which only {', '.join(_CURVED)} can have"))
+        elif not operations <= _LINEAR:
+            self._problems.append((key, f"with the curve {curves[0]} only numbers, parameters and + - * are possible"))
+        elif key[2] == "opposing" and (lowest := min(self.curves.lowest.get(name, 0.0) for name in curves)) < 0.0:
+            self._problems.append((key, f"must not be negative, and a curve is {lowest:g} at its lowest"))
 
     def _pair(self, entry: object, key: KeyPath, unit: str) -> tuple[Coordinate, Coordinate]:
         if not isinstance(entry, list | tuple) or len(entry) != 2:

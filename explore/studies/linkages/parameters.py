@@ -1,14 +1,15 @@
 """The parameters of a table: their units by how coordinates use them, what [linkage.parameters] says, and values."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
+from explore.mechanisms.linkages.coordinate import Coordinate
 from explore.mechanisms.linkages.loads import SPEED
-from explore.mechanisms.linkages.table import Coordinate, LinkageTable, TableParameter
+from explore.mechanisms.linkages.table import LinkageTable, TableParameter
 from explore.model.targets import BODY_POSE, STARTS
 from explore.studies.linkages.coordinates import uses_of
 from explore.studies.linkages.names import reason_against
@@ -46,7 +47,11 @@ def located_coordinates(structure: Structure) -> Iterator[Located]:
 
 
 def read_parameters(
-    declared: Mapping[str, Any], coordinates: list[Located], taken: Mapping[str, str], problems: Problems
+    declared: Mapping[str, Any],
+    coordinates: list[Located],
+    curves: Collection[str],
+    taken: Mapping[str, str],
+    problems: Problems,
 ) -> tuple[TableParameter, ...]:
     """The parameters of all coordinates, in the order of their first use.
 
@@ -54,6 +59,8 @@ def read_parameters(
     ----------
     declared
         The section [linkage.parameters].
+    curves
+        Names of curves, which stand in expressions as parameters do.
     taken
         What points and slots are, by name; a parameter has another name.
     """
@@ -65,6 +72,8 @@ def read_parameters(
             units.setdefault(name, set())
         for name, told in _told_units(coordinate, unit):
             units[name].add(told)
+    for name in curves:
+        found.pop(name, None)
     for name, key in found.items():
         if reason := reason_against(name) or (f"{name} is also the name of {taken[name]}" if name in taken else ""):
             problems.append((key, f"the parameter {format_value(name)}: {reason}"))

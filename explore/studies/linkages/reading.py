@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from explore.base.errors import KeyPath, Problems, RequestError
@@ -37,7 +38,9 @@ _MOST_STEPS = 1_000
 _LONGEST_REASON = 1000
 
 
-def read_table(section: object, entries: Mapping[str, Any], problems: Problems) -> LinkageTable | None:
+def read_table(
+    section: object, entries: Mapping[str, Any], problems: Problems, folder: Path | None = None
+) -> LinkageTable | None:
     """The table that a section describes, valid only without problems; None where it describes no linkage.
 
     Parameters
@@ -48,15 +51,17 @@ def read_table(section: object, entries: Mapping[str, Any], problems: Problems) 
         The section [parameters], whose values a sketch is of.
     problems
         Each problem is appended with its key in a study.
+    folder
+        Where the files of curves are; None where no file is read.
     """
     found: Problems = []
-    table = _read(section, entries, found)
+    table = _read(section, entries, found, folder)
     # The names in a reason may be anything that a text can hold.
     problems += [(key, one_line(reason[:_LONGEST_REASON])) for key, reason in found]
     return table
 
 
-def _read(section: object, entries: Mapping[str, Any], problems: Problems) -> LinkageTable | None:
+def _read(section: object, entries: Mapping[str, Any], problems: Problems, folder: Path | None) -> LinkageTable | None:
     before = len(problems)
     if not isinstance(section, Mapping):
         problems.append(((SECTION,), f"must be a table with driver, frame and links, got {format_value(section)}"))
@@ -71,11 +76,13 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems) -> Li
     driver = _driver(section, structure, problems)
     _add_copies(structure, driver, read_part(section, "copies", problems))
     output = _output(section, driver, structure, problems)
-    reader = LoadReader(structure, driver, output, turns="range" not in section)
+    reader = LoadReader(structure, driver, output, folder, turns="range" not in section)
     loads = reader.read(read_part(section, "loads", problems))
     coordinates = [*located_coordinates(structure), *reader.coordinates]
     taken = dict.fromkeys(structure.points, "a point") | {slot.name: "a slot" for slot in structure.slots}
-    parameters = read_parameters(read_part(section, "parameters", problems), coordinates, taken, problems)
+    parameters = read_parameters(
+        read_part(section, "parameters", problems), coordinates, reader.curves.names, taken, problems
+    )
     steps = sum(len(coordinate.steps) for coordinate, _, _ in coordinates)
     if not parameters and len(problems) == before:
         problems.append(((SECTION,), 'no coordinate has a parameter; give one length a name, such as A = "crank"'))

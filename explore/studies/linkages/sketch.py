@@ -10,8 +10,9 @@ from typing import Any, Self
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
+from explore.mechanisms.linkages.coordinate import Place
 from explore.mechanisms.linkages.steps import Circle, Drive, JoinPoint, Locus, SlideLine, Step
-from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Place, Slot
+from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slot
 from explore.studies.linkages.branch import TwoSided, words_of
 from explore.studies.linkages.coordinates import value_of
 from explore.studies.linkages.structure import SECTION

@@ -7,7 +7,8 @@ from typing import Any
 
 from explore.base.errors import KeyPath, Problems
 from explore.base.suggest import closest_name, format_value, suggestion
-from explore.mechanisms.linkages.table import FRAME, ZERO, Body, Place, Slide, Slot
+from explore.mechanisms.linkages.coordinate import ZERO, Place
+from explore.mechanisms.linkages.table import FRAME, Body, Slide, Slot
 from explore.studies.linkages.coordinates import read_pair, read_place, value_of
 from explore.studies.linkages.names import reason_against
 
