@@ -177,8 +177,11 @@ def scattered(case, count, rng, share):
     return {name: value * (1.0 + share * rng.uniform(-1.0, 1.0, count)) for name, value in values_of(case).items()}
 
 
-def near_limits(mechanism, designs, count, rng):
-    """Designs that turn beside others that do not, at distances of 1e-6 to 0.3 of the way; None if all turn."""
+def find_limits(mechanism, designs, count, rng):
+    """How to go from designs that turn towards others that do not, by a share of the way, and where the last one turns.
+
+    None if all turn.
+    """
     ok = turns(mechanism, designs)
     if ok.all():
         return None
@@ -188,11 +191,19 @@ def near_limits(mechanism, designs, count, rng):
     def between(share):
         return {name: column[inside] * (1.0 - share) + column[outside] * share for name, column in designs.items()}
 
-    for _ in range(45):
+    for _ in range(52):
         middle = 0.5 * (low + high)
         moves = turns(mechanism, between(middle))
         low, high = np.where(moves, middle, low), np.where(moves, high, middle)
-    return between(low * (1.0 - 10.0 ** rng.uniform(-6.0, -0.5, count)))
+    return between, low
+
+
+def near_limits(mechanism, designs, count, rng):
+    """Designs that turn beside others that do not, at distances of 1e-6 to 0.3 of the way; None if all turn."""
+    if (limits := find_limits(mechanism, designs, count, rng)) is None:
+        return None
+    between, last = limits
+    return between(last * (1.0 - 10.0 ** rng.uniform(-6.0, -0.5, count)))
 
 
 #: Loads of all kinds, on the crank shaper of the reference.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from intervals import turns_for_certain
-from linkage_cases import CASES, FOUR_BAR, columns, linkage_of, scattered, trace
+from linkage_cases import CASES, FOUR_BAR, columns, find_limits, linkage_of, scattered, trace
 
 from explore import Linkage
 
@@ -13,21 +13,10 @@ LINKAGES = {"four-bar": (0.4, 10_000), "slider-crank": (0.6, 10_000), "watt-2": 
             "crank-shaper": (0.4, 10_000), "stephenson-3": (0.2, 6_000), "jansen": (0.12, 4_000)}  # fmt: skip
 
 
-def beside_the_border(kernel, designs, labels, count, rng):
+def beside_the_border(kernel, designs, count, rng):
     """Designs at 1e-11 to 0.03 of the way from where a crank begins to turn, on both sides of it."""
-    ok = np.flatnonzero(labels == "ok")
-    stuck = np.flatnonzero(labels != "ok")
-    inside, outside = rng.choice(ok, count), rng.choice(stuck, count)
-    low, high = np.zeros(count), np.ones(count)
-
-    def between(share):
-        return {name: column[inside] * (1.0 - share) + column[outside] * share for name, column in designs.items()}
-
-    for _ in range(45):
-        middle = 0.5 * (low + high)
-        moves = labels_of(kernel, between(middle)) == "ok"
-        low, high = np.where(moves, middle, low), np.where(moves, high, middle)
-    return between(low + rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-11.0, -1.5, count))
+    between, last = find_limits(kernel, designs, count, rng)
+    return between(last + rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-11.0, -1.5, count))
 
 
 def labels_of(kernel, designs):
@@ -55,7 +44,7 @@ def test_no_status_contradicts_interval_arithmetic(name, count):
     kernel = linkage.mechanism.for_signals(())
     labels = labels_of(kernel, random)
     assert 0.02 < np.mean(labels == "ok") < 0.98
-    beside = beside_the_border(kernel, random, labels, count - count // 2, rng)
+    beside = beside_the_border(kernel, random, count - count // 2, rng)
     designs = {name: np.concatenate([random[name], beside[name]]) for name in random}
     labels, certain = labels_of(kernel, designs), turns_for_certain(trace(linkage), designs)
     assert np.mean(certain != 0) > 0.97

@@ -5,7 +5,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from linkage_cases import CASES, PARTIAL, columns, evaluate_graph, linkage_of, scattered, trace, values_of
+from linkage_cases import CASES, PARTIAL, columns, evaluate_graph, find_limits, linkage_of, scattered, trace, values_of
 
 import explore
 from explore import Linkage
@@ -118,6 +118,35 @@ def test_how_often_random_outputs_turn_back_is_counted(name):
         rate = explore.simulate(linkage, values, angles=np.arange(4096) * 360.0 / 4096)[output].to_numpy()
         count = np.count_nonzero((rate > 0.0) != (np.roll(rate, 1) > 0.0))
         assert (count == 2) == (labels[k] == "ok"), (name, values)
+
+
+def newton_step(factor, values, angle):
+    value, slope = evaluate_graph(factor.terms[:2], values, angle)
+    return value / slope
+
+
+@pytest.mark.parametrize("beyond", [1e-2, 1e-6, 1e-10])
+def test_ends_of_intervals_have_their_errors(beyond):
+    """Where the crank of a Watt is hardly blocked the ends lose half of their digits; against a root of the factor."""
+    case = CASES["watt-2"]
+    linkage, ends = linkage_of(case), REACH_NAMES[1:3]
+    kernel, rng = linkage.mechanism.for_signals(()), np.random.default_rng(2)
+    between, last = find_limits(kernel, scattered(case, 99, rng, 0.2), 6, rng)
+    designs = between(last + beyond)
+    rows = explore.evaluate(linkage, designs, metrics=[REACH_NAMES[0], *ends])
+    factors = [factor.value for factor in trace(linkage).factors]
+    checked = 0
+    for k, row in rows.iterrows():
+        values = {name: column[k] for name, column in designs.items()}
+        for end in ends if row[REACH_NAMES[0]] == 1 else ():
+            with mpmath.workdps(40):
+                place = told = mpmath.radians(mpmath.mpf(row[end]))
+                factor = min(factors, key=lambda each: abs(newton_step(each, values, told)))
+                for _ in range(6):
+                    place -= newton_step(factor, values, place)
+                assert abs(place - told) <= row["error"] <= 1e-13 / math.sqrt(beyond)
+                checked += 1
+    assert checked >= 6
 
 
 @pytest.mark.parametrize("name", PARTIAL)

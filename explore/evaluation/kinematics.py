@@ -26,6 +26,9 @@ from explore.model.request import Request
 from explore.model.status import Status
 from explore.model.window import Window
 
+#: A radian, deg.
+_RADIAN = 180.0 / np.pi
+
 BoolArray = npt.NDArray[np.bool_]
 _Indices = npt.NDArray[np.intp]
 _Scalar = TypeVar("_Scalar", bound=np.generic)
@@ -58,6 +61,8 @@ def evaluate_kinematics(
     """
     mechanism = request.kernel
     result = mechanism.evaluate_closed_form(geometry)
+    row = mechanism.closed_error_row
+    closed_error = result.constants[row].copy() if row >= 0 else None
     if request.interval and mechanism.takes_interval:
         _move_over_interval(mechanism, geometry, request.interval, result)
     closed = {metric.name: result.metrics[k] for k, metric in enumerate(mechanism.metrics)}
@@ -75,6 +80,9 @@ def evaluate_kinematics(
     if is_screened.any():
         active &= _has_any(~is_screened, inverse, len(active))
     sampled = _sample(request, known, geometry, active, result)
+    if closed_error is not None:
+        _bound_closed(request, closed, closed_error, sampled)
+        result.status[(result.status == Status.OK) & ~(sampled.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
     values, errors = _scale(request, closed, sampled, inverse, speed)
     kinematics = Kinematics(
         values,
@@ -171,6 +179,23 @@ def _sample(
     if incomplete.any():
         result.replace(incomplete, sample_metrics(request, request.sampled, geometry, incomplete, closed))
     return result
+
+
+def _bound_closed(
+    request: Request, closed: Mapping[str, FloatArray], error: FloatArray, sampled: SampledStatistics
+) -> None:
+    """Raise bounds by those of closed-form metrics, and those of what is taken over strokes by those of their lengths.
+
+    The mean over a stroke changes by the share of the length times its difference from the signal at the end.
+    """
+    is_used = np.full(len(error), any(metric.window.needs_stroke for metric in request.sampled))
+    for metric in request.parts:
+        if isinstance(metric, Metric):
+            value = closed[metric.name]
+            size = np.maximum(np.abs(value), _RADIAN) if metric.unit == "deg" else np.abs(value)
+            sampled.errors[metric.name] = error * size
+            is_used |= np.isfinite(value)
+    sampled.error = sampled.error + np.where(is_used, error, 0.0)
 
 
 def _scale(

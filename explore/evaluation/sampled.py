@@ -182,6 +182,10 @@ def _sample(
     result.evaluations = int(np.count_nonzero(active))
     status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
     status[active & ~np.isfinite(statistics).all(axis=0)] = Status.NOT_FINITE
+    if mechanism.closed_error_row >= 0:
+        of_strokes = {tables.slots_of(metric)[BOUND] for metric in metrics if metric.window.needs_stroke}
+        for slot in of_strokes - {-1}:
+            statistics[slot] += closed.constants[mechanism.closed_error_row]
     for metric in metrics:
         slots = tables.slots_of(metric)
         result.values[metric.name] = statistic_of(metric, statistics, slots, request.tolerance)

@@ -14,6 +14,9 @@ from explore.model.status import OWN_CODES, Status
 #: Fields of signals that share a row: properties of the row, not of the signal.
 _ROW_FIELDS = ("row", "needs", "pole_order", "is_magnitude", "terms_row", "is_residual", "has_corners", "corners_at")
 
+#: Fields that are the row of a constant, or -1.
+_CONSTANT_ROWS = ("noise_row", "closed_error_row", "phases_row", "variant_row")
+
 #: Units of signals that no length parameter scales.
 _PLAIN_UNIT = re.compile(r"(1|deg|rad)?(/s(\^\d)?)?")
 
@@ -86,7 +89,7 @@ def _columns(declaration: Declaration) -> Iterator[str]:
             yield f"integrated_rows names the row {row}, which is not one of the {declaration.signal_rows} signal rows"
     constants = [("marks", row, 0) for row in declaration.marks.values()]
     constants += [("singularities", row, 0) for row, _ in declaration.singularities]
-    constants += [(name, getattr(declaration, name), -1) for name in ("noise_row", "phases_row", "variant_row")]
+    constants += [(name, getattr(declaration, name), -1) for name in _CONSTANT_ROWS]
     yield from _points(declaration)
     for field, row, first in constants:
         if not first <= row < declaration.n_constants:

@@ -90,6 +90,9 @@ class Declaration:
         kept.
     noise_row
         Row of the constant by which rounding errors in velocities are amplified; -1 for none.
+    closed_error_row
+        Row of the constant with a bound of the errors of closed-form metrics and of the lengths of strokes, relative,
+        of angles at least to 1 rad, where they follow from what is solved for; -1 for none.
     phases_row
         Row of the constant that holds the number of mechanisms behind clutches; -1 for none.
     variant_row
@@ -153,6 +156,7 @@ class Declaration:
     keeps_constants: bool = False
     takes_interval: bool = False
     noise_row: int = -1
+    closed_error_row: int = -1
     phases_row: int = -1
     variant_row: int = -1
     strokes: tuple[str, ...] = ()

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import mpmath
 import numpy as np
-from linkage_cases import CASES, FOUR_BAR, columns, evaluate_graph, linkage_of, trace, turns, values_of
+from linkage_cases import CASES, FOUR_BAR, columns, evaluate_graph, find_limits, linkage_of, trace, values_of
 
 from explore import Linkage
 from explore.mechanisms.linkages.programs import GREATEST_ROW, LEAST_ROW
@@ -50,18 +50,8 @@ OUTPUTS = {"slider-crank": "guide_velocity"}
 def near_limits(mechanism, lengths, count, rng):
     """Designs for each margin, by name."""
     designs = {name: value * (1.0 + 0.25 * rng.uniform(-1.0, 1.0, 300)) for name, value in lengths.items()}
-    turning = turns(mechanism, designs)
-    inside, outside = (rng.choice(np.flatnonzero(which), count) for which in (turning, ~turning))
-    low, high = np.zeros(count), np.ones(count)
-
-    def between(share):
-        return {name: column[inside] * (1.0 - share) + column[outside] * share for name, column in designs.items()}
-
-    for _ in range(52):
-        middle = 0.5 * (low + high)
-        moves = turns(mechanism, between(middle))
-        low, high = np.where(moves, middle, low), np.where(moves, high, middle)
-    return {margin: between(low * (1.0 - margin)) for margin in MARGINS}
+    between, last = find_limits(mechanism, designs, count, rng)
+    return {margin: between(last * (1.0 - margin)) for margin in MARGINS}
 
 
 def gauss_legendre(count):

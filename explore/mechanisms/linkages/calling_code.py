@@ -9,26 +9,39 @@ from explore.mechanisms.linkages.vector_code import ARRAY, table
 #: Numba's structure of a function.
 _FUNCTION = "{ptr, ptr, ptr}"
 
+#: End of a function that only calls others.
+_RETURN = "  ret ptr null\n}\n"
+
 #: Symbol of `closing.close_designs`.
 CLOSE = "explore_linkage_close"
 
 #: Symbol of `pair_operations.fill_pairs`.
 FILL_PAIRS = "explore_linkage_fill_pairs"
 
+#: Symbol of `mark_errors.bound_marks`.
+BOUND_MARKS = "explore_linkage_bound_marks"
+
 #: Symbol of `pair_marks.sharpen_marks`.
 SHARPEN = "explore_linkage_sharpen_marks"
 
 
 def close_function(sizes: Sizes, blocked: Sequence[float], functions: Sequence[str]) -> str:
-    """A function of a record, which calls `closing.close_designs` with these arguments; "" stands for no function."""
+    """A function of a record, which calls `closing.close_designs` with these arguments; "" stands for no function.
+
+    With strokes it calls `mark_errors.bound_marks` then, with the function `disturbed_rate`.
+    """
     arguments = [
         (ARRAY, "%record"),
         _whole_numbers(sizes),
         _array_of("blocked", len(blocked)),
-        *((_FUNCTION, f"{{ptr {f'@{name}' if name else 'null'}, ptr null, ptr null}}") for name in functions),
+        *map(_function, functions),
     ]
-    text = f"define ptr @close({ARRAY} %record) {{\n{_call_and_return(CLOSE, arguments)}"
-    return f"{table('blocked', blocked)}{_declaration(CLOSE, arguments)}{text}"
+    calls = [(CLOSE, arguments)]
+    if sizes.has_strokes:
+        calls.append((BOUND_MARKS, [(ARRAY, "%record"), ("i64", str(sizes.interval + 2)), _function("disturbed_rate")]))
+    declarations = "".join(_declaration(*call) for call in calls)
+    body = "".join(_call(*call) for call in calls)
+    return f"{table('blocked', blocked)}{declarations}define ptr @close({ARRAY} %record) {{\n{body}{_RETURN}"
 
 
 def pairs_function(name: str, plan: PairPlan, *, is_disturbed: bool) -> str:
@@ -42,7 +55,7 @@ def pairs_function(name: str, plan: PairPlan, *, is_disturbed: bool) -> str:
         ("i64", str(int(is_disturbed))),
     ]
     given = f"{ARRAY} %read, {ARRAY} %tangents, i64 %anchor, i64, i64, i64 %count, i64, {ARRAY} %written"
-    text = f"define ptr @{name}({given}) {{\n{_call_and_return(FILL_PAIRS, arguments)}"
+    text = f"define ptr @{name}({given}) {{\n{_call(FILL_PAIRS, arguments)}{_RETURN}"
     return f"{_tables(plan)}{_declaration(FILL_PAIRS, arguments)}{text}"
 
 
@@ -50,7 +63,7 @@ def precise_close_function(plan: PairPlan, ratio_row: int) -> str:
     """A function of a record, which calls the one of `close_function` and then `pair_marks.sharpen_marks`."""
     arguments = [(ARRAY, "%record"), ("i64", str(ratio_row)), *_arguments_of(plan)]
     text = f"define ptr @precise_close({ARRAY} %record) {{\n  %closed = call ptr @close({ARRAY} %record)\n"
-    return f"{_tables(plan)}{_declaration(SHARPEN, arguments)}{text}{_call_and_return(SHARPEN, arguments)}"
+    return f"{_tables(plan)}{_declaration(SHARPEN, arguments)}{text}{_call(SHARPEN, arguments)}{_RETURN}"
 
 
 def _arguments_of(plan: PairPlan) -> list[tuple[str, str]]:
@@ -79,11 +92,15 @@ def _array_of(name: str, count: int) -> tuple[str, str]:
     return ARRAY, f"{{ptr null, ptr null, {shape}}}"
 
 
+def _function(name: str) -> tuple[str, str]:
+    """Type and value of an argument that is a function of the text, or none."""
+    return _FUNCTION, f"{{ptr {f'@{name}' if name else 'null'}, ptr null, ptr null}}"
+
+
 def _declaration(symbol: str, arguments: Sequence[tuple[str, str]]) -> str:
     return f"declare ptr @{symbol}({', '.join(kind for kind, _ in arguments)})\n"
 
 
-def _call_and_return(symbol: str, arguments: Sequence[tuple[str, str]]) -> str:
-    """The body of a function that only calls another."""
+def _call(symbol: str, arguments: Sequence[tuple[str, str]]) -> str:
     given = ", ".join(f"{kind} {value}" for kind, value in arguments)
-    return f"  %null = call ptr @{symbol}({given})\n  ret ptr null\n}}\n"
+    return f"  %of.{symbol} = call ptr @{symbol}({given})\n"

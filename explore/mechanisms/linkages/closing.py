@@ -18,6 +18,7 @@ from explore.mechanisms.linkages import reaches as reach
 from explore.mechanisms.linkages import reversals as reversal
 from explore.mechanisms.linkages import turning as turn
 from explore.mechanisms.linkages.programs import (
+    CLOSED_ERROR_ROW,
     DISTANCE_ROW,
     FIRST_REFERENCE,
     GREATEST_PLACE_ROW,
@@ -48,7 +49,7 @@ class Sizes(NamedTuple):
     status
         Row of the status in a record, behind the constants that it keeps.
     interval
-        Row of the interval, behind the parameters and before the metrics.
+        Row of the interval, two rows, behind the parameters; behind it the metrics, the time ratio first.
     is_harmonic
         Whether all functions are first harmonics of the angle; 0 for no.
     has_strokes, tells_reach
@@ -82,6 +83,8 @@ def close_designs(record, sizes, blocked, fill_constants, check, direct, rate):
     """
     constants = np.empty(sizes.constants * LANES)
     fill_constants(record, constants)
+    for lane in range(LANES):
+        constants[CLOSED_ERROR_ROW * LANES + lane] = 0.0
     is_turn = record[(sizes.interval + 1) * LANES] == 0.0
     start = -0.5 * math.pi if is_turn else record[sizes.interval * LANES]
     length = 2.0 * math.pi if is_turn else record[(sizes.interval + 1) * LANES]
@@ -140,7 +143,8 @@ def _decide_all(record, sizes, blocked, check, constants, start, length, is_turn
             cell.copy_lane(constants, lane, sizes.constants, tile)
             _decide(record, sizes, blocked, check, tile, values, start, length, lane, verdicts)
             if _tells_reach(record, sizes, values, is_turn, lane, verdicts):
-                _find_reaches(record, sizes, check, tile, values, start, length, lane)
+                errors = constants[CLOSED_ERROR_ROW * LANES :]
+                _find_reaches(record, sizes, check, tile, values, start, length, lane, errors)
     if not is_turn:
         _locate_beside_interval(sizes, check, constants, start, length, verdicts, values, work)
 
@@ -195,8 +199,8 @@ def _tells_reach(record, sizes, values, is_turn, lane, verdicts):
 
 
 @subroutine(allocates=True)
-def _find_reaches(record, sizes, check, tile, values, start, length, lane):
-    """Fill the intervals at which a lane assembles, and its status if there are none."""
+def _find_reaches(record, sizes, check, tile, values, start, length, lane, errors):
+    """Fill the intervals at which a lane assembles, the error of their ends, and its status if there are none."""
     factors, functions = sizes.factors, sizes.functions
     rows, size = 2 * functions + factors, 2 + 4 * factors
     tangents, anchors, middles = np.empty(LANES), np.empty(LANES), np.empty(rows * LANES)
@@ -215,6 +219,7 @@ def _find_reaches(record, sizes, check, tile, values, start, length, lane):
             reach.place_in_border(borders, k, tangents, anchors)
             check(tile, tangents, anchors, middles)
             reach.narrow_border(borders, k, middles, factors)
+        errors[lane] = max(errors[lane], reach.border_error(middles, factors, functions))
     if waiting == 0:
         reaches = record[(sizes.interval + 3) * LANES :]
         assembles = reach.assembling_node(values, rows, factors, lane) >= 0

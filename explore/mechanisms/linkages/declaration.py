@@ -16,7 +16,14 @@ from explore.mechanisms.linkages.load_signals import balanced_signals
 from explore.mechanisms.linkages.loads import AMOUNTS, SPEED
 from explore.mechanisms.linkages.metrics import CLOSED_METRICS, REACH_NAMES, declare_formulas
 from explore.mechanisms.linkages.motions import declare_targets
-from explore.mechanisms.linkages.programs import DISTANCE_ROW, GREATEST_ROW, LEAST_ROW, MIDDLE_ROW, REACH_ROW
+from explore.mechanisms.linkages.programs import (
+    CLOSED_ERROR_ROW,
+    DISTANCE_ROW,
+    GREATEST_ROW,
+    LEAST_ROW,
+    MIDDLE_ROW,
+    REACH_ROW,
+)
 from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.signals import find_quantities
 from explore.mechanisms.linkages.statuses import declare_statuses
@@ -30,7 +37,7 @@ from explore.model.quantities import Parameter, Signal
 from explore.model.window import Window
 
 #: Version of the equations and of what follows from them; raised when a number changes.
-_VERSION = "11"
+_VERSION = "12"
 
 _STROKES = ("forward", "backward")
 _INTERVAL = Window(
@@ -155,6 +162,7 @@ def _declare(
         drives=("slow", "fast", *_STROKES) if turns else (),
         breaks=("least", "greatest") if any(each.signal.needs_stroke for each in filled) else (),
         marks={"least": LEAST_ROW, "greatest": GREATEST_ROW} if turns else {},
+        closed_error_row=CLOSED_ERROR_ROW if turns else -1,
         default_window=windows[0].name,
         output_signals={"": output},
         zero_mean=_zero_means(table, signals, change) if turns else frozenset(),

@@ -13,6 +13,7 @@ from explore.mechanisms.linkages.closing import CLOSING_SIGNATURE, Sizes, close_
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number, Series
 from explore.mechanisms.linkages.loads import SPEED
+from explore.mechanisms.linkages.mark_errors import BOUND_MARKS_SIGNATURE, bound_marks
 from explore.mechanisms.linkages.native_code import NativeFunction
 from explore.mechanisms.linkages.operations import OPERATE_SIGNATURE, operate
 from explore.mechanisms.linkages.pair_marks import MARKS_SIGNATURE, sharpen_marks
@@ -93,16 +94,16 @@ def make_kernel(
         [float(statuses.blocked_at(joints.index(each.joint))) for each in equations.factors],
         rows.of_design("design", parameters),
         {name: rows.of_angle(name, numbers) for name, numbers in of_nodes.items() if numbers},
+        rows.from_parameters("disturbed_rate", rate[:2]),
     )
     fill, whole = rows.of_angle("fill", outputs), rows.from_parameters("disturbed_fill", outputs)
     close = NativeFunction("close", CLOSE_SIGNATURE, closing.text, _addresses, closing.javascript)
     ray = rows.of_ray("curve", outputs)
     curve = NativeFunction(ray.name, CURVE_SIGNATURE, lambda: vector_code.HEAD + vector_code.curve_function(ray))
-    reversals = rows.from_parameters("precise_close", rate[:2])
-    is_exact = not equations.graph.has_rounded_constants and knows_pairs(whole) and knows_pairs(reversals)
+    is_exact = not equations.graph.has_rounded_constants and knows_pairs(whole) and knows_pairs(closing.reversals)
     return Kernel(
         close, _fill_function(fill), _fill_function(whole, is_disturbed=True),
-        _close_precisely(closing, reversals) if is_exact and rate else None,
+        _close_precisely(closing) if is_exact and rate else None,
         _pairs_function("precise_fill", whole) if is_exact else None,
         _pairs_function("disturbed_precise_fill", whole, is_disturbed=True) if is_exact else None,
         curve, status,
@@ -142,18 +143,23 @@ def _direction_rows(equations: Equations, links: Sequence[str]) -> list[Number]:
 
 @dataclass(frozen=True)
 class _Closing:
-    """What `close` passes to `close_designs`: sizes, statuses of factors, and programs of a design and of nodes."""
+    """What `close` passes to `close_designs`: sizes, statuses of factors, and programs of a design and of nodes.
+
+    `reversals` gives the output's rate and its slope from the parameters.
+    """
 
     sizes: Sizes
     blocked: Sequence[float]
     design: Program
     of_nodes: Mapping[str, Program]
+    reversals: Program
 
     def text(self) -> str:
         """The function, and those that it passes, in LLVM's language."""
         return "".join([
             vector_code.HEAD, vector_code.design_function(self.design),
             *map(vector_code.node_function, self.of_nodes.values()),
+            *([vector_code.fill_function(self.reversals, is_disturbed=True)] if self.sizes.has_strokes else ()),
             calling_code.close_function(self.sizes, self.blocked, ["design", *_present(self.of_nodes)]),
         ])  # fmt: skip
 
@@ -182,13 +188,13 @@ def _fill_function(program: Program, *, is_disturbed: bool = False) -> NativeFun
     )
 
 
-def _close_precisely(closing: _Closing, reversals: Program) -> NativeFunction:
-    return NativeFunction(
-        reversals.name,
-        CLOSE_SIGNATURE,
-        lambda: closing.text() + calling_code.precise_close_function(plan_pairs(reversals), closing.sizes.interval + 2),
-        _addresses,
-    )
+def _close_precisely(closing: _Closing) -> NativeFunction:
+    def text() -> str:
+        return closing.text() + calling_code.precise_close_function(
+            plan_pairs(closing.reversals), closing.sizes.interval + 2
+        )
+
+    return NativeFunction("precise_close", CLOSE_SIGNATURE, text, _addresses)
 
 
 def _pairs_function(name: str, program: Program, *, is_disturbed: bool = False) -> NativeFunction:
@@ -206,6 +212,7 @@ def _addresses(text: str) -> dict[str, int]:
         calling_code.CLOSE: (close_designs, CLOSING_SIGNATURE),
         vector_code.OPERATE: (operate, OPERATE_SIGNATURE),
         calling_code.FILL_PAIRS: (fill_pairs, PAIRS_SIGNATURE),
+        calling_code.BOUND_MARKS: (bound_marks, BOUND_MARKS_SIGNATURE),
         calling_code.SHARPEN: (sharpen_marks, MARKS_SIGNATURE),
     }
     return {name: address_of(*each) for name, each in functions.items() if f"call ptr @{name}(" in text}

@@ -6,6 +6,7 @@ import numpy as np
 from numba import types
 
 from explore.base.compiling import LANES, compiled
+from explore.mechanisms.linkages.mark_errors import NODES, add_error, repeat_mark, store_error
 from explore.mechanisms.linkages.pair_operations import PAIR_SIZES, fill_pairs
 from explore.mechanisms.linkages.programs import GREATEST_ROW, LEAST_ROW
 from explore.mechanisms.linkages.reversals import time_ratio
@@ -20,11 +21,11 @@ MARKS_SIGNATURE = types.void(_F1, types.int64, PAIR_SIZES, _F1, _I1)
 
 @compiled(MARKS_SIGNATURE, allocates=True)
 def sharpen_marks(record, ratio_row, sizes, literals, integers):
-    """Solve for the reversals in a record that is closed, and fill the time ratio that follows from them.
+    """Solve for the reversals in a record that is closed; fill the time ratio and the bound that follow from them.
 
     The program of these tables gives the output's rate and its slope by the angle.
     """
-    rates = np.empty(2 * LANES)
+    rates, tangents, errors = np.empty(2 * NODES * LANES), np.empty(NODES * LANES), np.zeros(LANES)
     for row in (LEAST_ROW, GREATEST_ROW):
         marks = record[row * LANES :]
         for _ in range(_STEPS):
@@ -33,7 +34,11 @@ def sharpen_marks(record, ratio_row, sizes, literals, integers):
                 mark = marks[lane] - 0.5 * (1.0 + marks[lane] * marks[lane]) * rates[lane] / rates[LANES + lane]
                 # none at half a turn, whose half-tangent is infinite
                 marks[lane] = mark if math.isfinite(mark) else marks[lane]
+        repeat_mark(marks, tangents)
+        fill_pairs(record, tangents, 0, NODES, rates, sizes, literals, integers, 1)
+        add_error(rates, errors)
     for lane in range(LANES):
         least, greatest = record[LEAST_ROW * LANES + lane], record[GREATEST_ROW * LANES + lane]
         if least == least and greatest == greatest:
             record[ratio_row * LANES + lane] = time_ratio(least, greatest)
+    store_error(errors, ratio_row, record)

@@ -37,8 +37,10 @@ REACH_ROW = 4
 LEAST_PLACE_ROW = 5
 #: Row of the constant with the greatest one.
 GREATEST_PLACE_ROW = 6
+#: Row of the error of the lengths of strokes, relative, or of the ends of intervals of assembly of a blocked one, rad.
+CLOSED_ERROR_ROW = 7
 #: Row of the first of three constants of each link's reference.
-FIRST_REFERENCE = 7
+FIRST_REFERENCE = 8
 
 
 class Operation(NamedTuple):

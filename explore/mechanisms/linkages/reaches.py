@@ -25,6 +25,8 @@ _FINEST = 1e-8
 MOST_ROUNDS = 4096
 #: Largest start of an interval, deg: a start that rounding puts before 360 deg is at 0.
 _LARGEST_START = 360.0 - 1e-11
+#: Rounding error of angles of up to two turns, told in deg, rad.
+_OF_ANGLES = 4e-15
 #: Type of an array of numbers.
 _F1 = "float64[::1]"
 
@@ -100,6 +102,17 @@ def narrow_border(borders, number, values, factors):
         step += 1
     border[1] /= LANES + 1.0
     border[0] += step * border[1]
+
+
+@compiled(f"float64({_F1}, int64, int64)")
+def border_error(values, factors, functions):
+    """The error of a border, rad, from values beside it: the rounding error of the factor that vanishes there."""
+    nearest, error = math.inf, math.inf
+    for s in range(factors):
+        slope = abs(values[(functions + s) * LANES])
+        away, own = abs(values[s * LANES]) / slope, ROUNDING * values[(2 * functions + s) * LANES] / slope
+        nearest, error = (away, own + away) if away < nearest else (nearest, error)
+    return error + _OF_ANGLES
 
 
 @compiled(f"void({_F1}, {_F1})", no_alias=True)
