@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from numba import njit, types
+from numba import njit
 
 from explore.base.compiling import LANES
 from explore.evaluation.quadrature import equispaced as equispaced_rule
@@ -37,9 +37,9 @@ from explore.evaluation.quadrature.panels import (
 )
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT, gauss_legendre_rules
 from explore.evaluation.quadrature.slots import CLUTCH, KIND, START, STOP
-from explore.evaluation.quadrature.tiles import FILL_TYPE, NODE_CAPACITY, SHAPE_SIZE, gather_shapes, place_nodes
+from explore.evaluation.quadrature.tiles import NODE_CAPACITY, SHAPE_SIZE, gather_shapes, place_nodes
 from explore.evaluation.quadrature.windows import add_window
-from explore.evaluation.quadrature.work_space import CHUNK_WORK_TYPE, SIZES_TYPE, TILE_WORK_TYPE, Sizes, make_work_space
+from explore.evaluation.quadrature.work_space import Sizes, make_work_space
 from explore.evaluation.windows import specify_window
 from explore.mechanisms import four_bar, rocking
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
@@ -58,13 +58,12 @@ WINDOWS = ("cycle", "drive", "return", "clutch", "interval")
 SHARES = {"general": 0.4, "extreme ratios": 0.15, "near kite": 0.15, "both ends singular": 0.1, "tiny crank": 0.2}
 
 
-_F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]
-_INT, _ROWS, _CONSTANTS = types.int64, four_bar.SIGNAL_ROWS, int(CRANK_ROCKER.n_constants)
+_ROWS, _CONSTANTS = four_bar.SIGNAL_ROWS, int(CRANK_ROCKER.n_constants)
 _SINGULAR = np.array([row for row, _ in CRANK_ROCKER.singularities])
 _ANCHORS = np.array([anchor for _, anchor in CRANK_ROCKER.singularities])
 
 
-@njit(types.void(FILL_TYPE, _F1, _F1, _INT, types.float64, types.float64, _I1, _F2, _F2), error_model="numpy")
+@njit(error_model="numpy")
 def statistics(fill, tile, panels, count, length, rest, row_of, table, out):
     """Mean and variance of every row with the node counts of the panels."""
     shape, tangents, weights = np.zeros(SHAPE_SIZE), np.empty(NODE_CAPACITY * LANES), np.empty(NODE_CAPACITY * LANES)
@@ -93,13 +92,7 @@ def statistics(fill, tile, panels, count, length, rest, row_of, table, out):
         out[s, 1] = (np.sum(weight[:total] * (values[s, :total] - mean) ** 2) + rest * mean * mean) / length
 
 
-@njit(
-    types.void(
-        FILL_TYPE, SIZES_TYPE, _F2, _I1, _F2, _F1, _I1, _I1, _F2, _INT,
-        types.boolean, _I1, _F2, CHUNK_WORK_TYPE, TILE_WORK_TYPE,
-    ),
-    error_model="numpy",
-)  # fmt: skip
+@njit(error_model="numpy")
 def ratios(
     fill, sizes, constants, window, intervals, log_tolerance, size_of, row_of, table, order, equispaced, rows, out,
     work, lanes,
@@ -127,7 +120,7 @@ def ratios(
         panels[TARGET : TARGET + count] = log_tolerance[i]
         count_nodes(panels, count, order)
         if equispaced:
-            choose_equispaced(panels, 1, order, log_tolerance[i])
+            choose_equispaced(panels, 1, order, log_tolerance[i], False)
             if panels[SCALE] != 0.0:
                 continue
         model = 0.0
