@@ -77,7 +77,7 @@ def drawn(ranges, count=DESIGNS):
 
 
 def compare(title, mechanism, ranges, question, peer):
-    """Print a line for each implementation of a request."""
+    """Print a line: the time of `explore`, and those of the peers in its."""
     designs = drawn(ranges)
     source = mechanism() if callable(mechanism) else mechanism
     options = {"window": "cycle", "drive": "slow", **question}
@@ -98,13 +98,10 @@ def compare(title, mechanism, ranges, question, peer):
         function = make(peer, count)
         jobs[name] = lambda function=function: (np.asarray(function(parameters)), count)
     seconds = {name: statistics.median(times) for name, times in cpu_times(jobs, REPETITIONS).items()}
-    for name, job in jobs.items():
-        values, nodes = job()
-        print(
-            f"{title:26}{name:8}{nodes:6.1f} nodes{peer.error(values, exact):9.0e}"
-            f"{seconds[name] / DESIGNS * 1e9:9.0f} ns a design{seconds[name] / seconds['explore']:7.2f}"
-        )
-        title = ""
+    values, nodes = jobs.pop("explore")()
+    own = f"{seconds['explore'] / DESIGNS * 1e9:6,.0f} ns, {nodes:.1f} nodes, error {peer.error(values, exact):.0e}"
+    others = ", ".join(f"{name} {seconds[name] / seconds['explore']:.2f} x" for name in jobs)
+    print(f"{title:26}{own}; {count} nodes: {others}")
 
 
 def measure(title, request, designs):
