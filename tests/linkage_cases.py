@@ -131,8 +131,12 @@ def evaluate_graph(numbers, parameters, angle, functions=MPMATH):
                 done[k] = functions[operation](*values)
             case "abs":
                 done[k] = abs(values[0])
-            case "max":
+            case "max" | "maximum":
                 done[k] = max(values)
+            case "minimum":
+                done[k] = min(values)
+            case _ if operation.startswith("sense"):
+                done[k] = -1 if values[0] < 0 else 1
             case _:  # of degrees
                 done[k] = mpmath.mpf(evaluate_function(operation, *map(float, values)))
     return [done[number.index] for number in numbers]

@@ -35,8 +35,7 @@ from explore.mechanisms.linkages.reactions import Reactions
 from explore.model.status import Status
 from explore.studies.request.requests import make_request
 
-#: The toggle press turns back four times, so its opposed ram has no strokes.
-LOADED = [name for name, case in CASES.items() if "loads" in case and name != "toggle-press"]
+LOADED = [name for name, case in CASES.items() if "loads" in case]
 
 
 def section_of(given):
@@ -405,24 +404,6 @@ def test_what_opposes_the_output_takes_its_force_times_the_way_there_and_back():
     assert work["drive_torque_mean"].iloc[0] == pytest.approx(0.3 * way / math.radians(100), rel=1e-12)
 
 
-def test_an_output_without_two_strokes_is_not_opposed():
-    """The press turns back four times, and the shaper is blocked: a status or a blank, no number."""
-    case = CASES["toggle-press"]
-    linkage = with_loads(case, {"opposing": {"ram": 2000}})
-    row = explore.evaluate(linkage, values_of(case), metrics=["drive_torque_mean"], window="cycle")
-    assert row.attrs["labels"]["status"][row["status"].iloc[0]] == "no_strokes"
-    assert math.isnan(row["drive_torque_mean"].iloc[0])
-    assert explore.simulate(linkage, values_of(case), angles=[70.0])["drive_torque"].isna().all()
-    shaper = with_loads(CASES["crank-shaper"], {"opposing": {"ram": 300}})
-    short, interval = values_of(CASES["crank-shaper"]) | {"link": 20.0}, {"from": 80, "to": 100}
-    row = explore.evaluate(shaper, short, metrics=["ram_velocity_max"], window=interval).iloc[0]
-    assert row["ram_velocity_max"] < 0.0
-    row = explore.evaluate(shaper, short, metrics=["drive_torque_max"], window=interval).iloc[0]
-    assert not row["drive_torque_max"] > -math.inf
-    assert row["status"] != Status.OK
-    assert explore.simulate(shaper, short, angles=[85.0, 95.0])["drive_torque"].isna().all()
-
-
 def test_bounds_hold_across_jumps():
     """Statistics at a tolerance of 1e-6 are within their bounds of those at 1e-12."""
     linkage, values = shaper()
@@ -438,21 +419,6 @@ def test_bounds_hold_across_jumps():
     for metric in metrics:
         error = np.abs(coarse.columns[metric] - fine.columns[metric])[ok]
         assert (error <= (coarse.columns["error"] * fine.columns["drive_torque_rms"])[ok] * 2.0).all(), metric
-
-
-@pytest.mark.parametrize(
-    ("change", "problem"),
-    [
-        ({"output": ""}, 'only the motion of the output can be opposed, write output = "ram"'),
-        ({"output": "lever"}, "only the motion of the output can be opposed, and lever is the output"),
-        ({"range": [10, 90]}, "a linkage with a range has no strokes, in which motions are opposed"),
-    ],
-)
-def test_motions_that_cannot_be_opposed_are_refused(change, problem):
-    content = linkage_of(CASES["crank-shaper"]).content | {"loads": {"opposing": {"ram": 3}}} | change
-    with pytest.raises(ConfigError) as error:
-        Linkage(content)
-    assert str(error.value) == f"linkage.loads.opposing.ram: {problem}"
 
 
 def test_loads_have_a_largest_number():

@@ -227,6 +227,8 @@ def _loop_arguments(
     singular = [*singularities, *[(-1, -1)] * (MOST_SINGULARITIES - len(singularities))]
     singular_rows, singular_anchors = np.array(singular, dtype=np.int64).T.copy()
     cornering = [signal for signal in mechanism.signals if signal.name in corners]
+    # Senses first, and then in the order of their bits: other signals may depend on them.
+    cornering.sort(key=lambda signal: (*mechanism.senses, signal.name).index(signal.name))
     levels = [(signal.row, signal.terms_row, level) for signal in cornering for level in signal.corner_levels]
     corner_rows = np.array([each[:2] for each in levels], dtype=np.int64).reshape(-1, 2)
     needs = tables.needs.copy()
@@ -244,7 +246,7 @@ def _loop_arguments(
         np.array([mechanism.marks[name] for name in request.breaks], dtype=np.int64),
         singular_rows, singular_anchors, needs, tables.flags, tables.orders, tables.term_rows,
         tables.references, corner_rows, np.array([level for *_, level in levels]), tables.slots,
-        float(statistics_tolerance(request)),
+        len(mechanism.senses) if {*mechanism.senses} <= corners else 0, float(statistics_tolerance(request)),
         isinstance(quadrature, Adaptive), isinstance(quadrature, Located), isinstance(quadrature, Resolved),
         size_of, row_of, rules, turn_factors(),
     )  # fmt: skip

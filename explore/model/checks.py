@@ -133,6 +133,7 @@ def _references(declaration: Declaration) -> Iterator[str]:
     lengths = {parameter.name for parameter in declaration.kernel_parameters if not parameter.scales_speed}
     corners = [(signal.name, signal.has_corners, signal.corners_at) for signal in declaration.signals]
     corners += [(each.name, each.adds_corners, each.corners_at) for each in declaration.parameters]
+    yield from unknown_names("signal", declaration.senses, by_name, "senses")
     for name, has_corners, corners_at in corners:
         if corners_at:
             yield from unknown_names("signal", corners_at, by_name, f"corners_at of '{name}'")

@@ -78,6 +78,9 @@ class Declaration:
         Rows of signals whose mean and variance over any window `Mechanism.integrals` gives in closed form.
     breaks
         Marks where the law of a signal changes, each forwards from the one before.
+    senses
+        Signals whose signs others jump with: number k is said to `fill` by bits 2k and 2k + 1 of the law, 1 for 1, 2
+        for -1, and 0 for what the signal is at the node.
     quadrature
         `Adaptive`, which needs to know nothing of the signals, or `Graded` or `Located`, with their singularities.
     n_fill_constants
@@ -151,6 +154,7 @@ class Declaration:
     input_angle: str = "crank angle"
     integrated_rows: tuple[int, ...] = ()
     breaks: tuple[str, ...] = ()
+    senses: tuple[str, ...] = ()
     quadrature: Quadrature = field(default_factory=Adaptive)
     n_fill_constants: int = 0
     keeps_constants: bool = False

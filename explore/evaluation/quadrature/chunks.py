@@ -39,6 +39,9 @@ MOST_PANELS = 24
 #: Largest number of combinations of variant, law, anchor and kind of nodes in one chunk: each panel may have its own.
 MOST_KINDS = PANEL_CAPACITY
 
+#: Number of laws that panels can have: two bits for each of 16 senses.
+LAWS = 1 << 32
+
 CODES = LARGEST_NODE_COUNT + 1
 
 CLOSE_TYPE = function_type(CLOSE_SIGNATURE)
@@ -225,7 +228,7 @@ def sort_by_rule(panels, todo, count, size_of, kinds, codes, histogram, order, s
         size = size_of[int(panels[COUNT + k])]
         panels[COUNT + k] = size
         rule = 1 if panels[SCALE + k] == 0.0 else 0
-        kind = ((int(panels[VARIANT + k]) * 64 + int(panels[LAW + k])) * 2 + int(panels[ANCHOR + k])) * 2 + rule
+        kind = ((int(panels[VARIANT + k]) * LAWS + int(panels[LAW + k])) * 2 + int(panels[ANCHOR + k])) * 2 + rule
         number = 0
         while number < n_kinds and kinds[number] != kind:
             number += 1

@@ -53,7 +53,7 @@ from explore.evaluation.quadrature.work_space import (
     TABLES_TYPE,
     TILE_WORK_TYPE,
 )
-from explore.evaluation.quadrature.zeros import cut_at_zeros
+from explore.evaluation.quadrature.zeros import cut_at_corners
 
 #: Natural logarithm of the tolerance over the modelled error at the first node count: room for rounding.
 HEADROOM = 0.5
@@ -79,7 +79,7 @@ def _demands(tables, w):
 
 
 @subroutine(allocates=True)
-def _open_window(fill, sizes, tables, w, begin, here, demands, error, rare, work, tile, sums):
+def _open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, error, rare, work, tile, sums):
     """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit; one, if adaptive.
 
     Return the first design that is left, the numbers of panels, stride and panels to sample, and whether some are whole
@@ -109,8 +109,9 @@ def _open_window(fill, sizes, tables, w, begin, here, demands, error, rare, work
         if tables.is_adaptive:
             uncut = count
             if len(tables.corner_rows) > 0:
-                count, is_missed = cut_at_zeros(
-                    fill, sizes, tables.needs[w], tables.corner_rows, tables.corner_levels, work, tile, count
+                count, is_missed = cut_at_corners(
+                    fill, disturbed_fill, sizes, tables.needs[w], tables.corner_rows, tables.corner_levels,
+                    tables.sense_count, work, tile, count,
                 )  # fmt: skip
                 error[here[begin]] = math.inf if is_missed else error[here[begin]]
             count = cut_panels(work, sums, sizes.rows, count, uncut)
@@ -180,7 +181,7 @@ def _sample_window(
     demands = _demands(tables, w)
     ends, powers, pole_order, _ = demands
     until, count, stride, n_todo, has_turns = _open_window(
-        fill, sizes, tables, w, begin, here, demands, error, rare, work, tile, sums
+        fill, disturbed_fill, sizes, tables, w, begin, here, demands, error, rare, work, tile, sums
     )
     n = until - begin
     regular, per_design = begin == 0 and stride > 1 and until == len(here), count // n

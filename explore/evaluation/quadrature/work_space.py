@@ -73,6 +73,8 @@ class Tables(NamedTuple):
     corner_rows : (c, 2), corner_levels : (c,)
         Rows, the same one after another, at whose levels others have corners, which the adaptive rule cuts its panels
         at, and those with the sizes of their terms, -1 for none; and the levels.
+    sense_count
+        Number of the first of these rows whose signs are bits of the law.
     slots : (w, s, 7)
         Row of the statistics for each statistic (MEAN, VARIANCE, … of `quadrature.slots`) of a row over a
         window; -1 for none.
@@ -104,6 +106,7 @@ class Tables(NamedTuple):
     corner_rows: IntArray
     corner_levels: FloatArray
     slots: IntArray
+    sense_count: int
     tolerance: float
     is_adaptive: bool
     is_located: bool
@@ -202,7 +205,7 @@ class ChunkWork(NamedTuple):
 
 SIZES_TYPE = types.NamedUniTuple(_INT, 8, Sizes)
 TABLES_TYPE = types.NamedTuple(
-    (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, _I2, _F1, types.int64[:, :, ::1], _FLOAT,
+    (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, _I2, _F1, types.int64[:, :, ::1], _INT, _FLOAT,
      types.boolean, types.boolean, types.boolean, _I1, _I1, types.float64[:, ::1], _F1),
     Tables,
 )  # fmt: skip

@@ -12,7 +12,7 @@ from explore.mechanisms.linkages.drawing import draw_linkage, linkage_panels
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
 from explore.mechanisms.linkages.kernel import Kernel, make_kernel, parameter_names
-from explore.mechanisms.linkages.load_signals import balanced_signals
+from explore.mechanisms.linkages.load_signals import balanced_signals, sense_signals
 from explore.mechanisms.linkages.loads import AMOUNTS, SPEED
 from explore.mechanisms.linkages.metrics import CLOSED_METRICS, REACH_NAMES, declare_formulas
 from explore.mechanisms.linkages.motions import declare_targets
@@ -160,7 +160,7 @@ def _declare(
         windows=windows,
         strokes=_STROKES if turns else (),
         drives=("slow", "fast", *_STROKES) if turns else (),
-        breaks=("least", "greatest") if any(each.signal.needs_stroke for each in filled) else (),
+        senses=sense_signals(equations),
         marks={"least": LEAST_ROW, "greatest": GREATEST_ROW} if turns else {},
         closed_error_row=CLOSED_ERROR_ROW if turns else -1,
         default_window=windows[0].name,

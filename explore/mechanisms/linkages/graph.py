@@ -26,10 +26,8 @@ SINE = "@sin"
 #: Inputs of 1 - cos(theta - k pi/2), k = 0 ... 3, of the input angle theta, as sums of positive terms.
 VERSINES = ("@versine0", "@versine1", "@versine2", "@versine3")
 
-#: Input that is 1 while the output moves from its least place or angle to its greatest, then -1.
-SENSE = "@sense"
-#: Input of the half-tangent of the reversal of the output at its least place; no number where there are no strokes.
-LEAST = "@least"
+#: Operations that give the sense of a rate, 1 or where it is negative -1; or the one that the law of a panel says.
+SENSES = tuple(f"sense{k}" for k in range(16))
 #: Input of the least place or angle of the output, mm or rad; no number where there are no strokes.
 LEAST_PLACE = "@least_place"
 #: Input of the greatest one.

@@ -89,7 +89,7 @@ def _quantity(
     loading: Loading, number: Number, name: str, unit: str, long_name: str, speed_power: int = 1,
     corners_at: tuple[str, ...] = (),
 ) -> Quantity:  # fmt: skip
-    corners_at = (*corners_at, *map(place_signal, loading.loads.curves))
+    corners_at = (*corners_at, *loading.senses, *map(place_signal, loading.loads.curves))
     signal = Signal(
         name, unit, long_name, -1, 1, speed_power=speed_power, pole_order=_POLE_ORDER, depends_on_load=True,
         has_corners=bool(corners_at), corners_at=corners_at, needs_stroke=loading.loads.need_strokes,
@@ -115,6 +115,12 @@ def load_formulas(table: LinkageTable, window: str) -> tuple[Formula, ...]:
     if table.loads.gain_power:
         return (peak, positive, NET_WORK_OF_DRIVE)
     return (peak, positive, net) if table.loads.lose_power else (peak, positive)
+
+
+def sense_signals(equations: Equations) -> tuple[str, ...]:
+    """The signals whose signs loads jump with, in the order of `graph.SENSES`."""
+    loads = equations.table.loads
+    return tuple(Loading(equations, loads).senses) if loads else ()
 
 
 def balanced_signals(table: LinkageTable) -> tuple[str, ...]:

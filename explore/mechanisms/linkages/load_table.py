@@ -109,14 +109,9 @@ class Loads:
         return bool(self.masses) or self.has("damper")
 
     @property
-    def oppose(self) -> bool:
-        """Whether they oppose the motion of the output, and so jump where it turns back."""
-        return self.has("opposing")
-
-    @property
     def need_strokes(self) -> bool:
         """Whether they are known only where the output has two strokes."""
-        return self.oppose or any(curve.over in (FROM_LEAST, TO_GREATEST) for curve in self.curves)
+        return any(curve.over in (FROM_LEAST, TO_GREATEST) for curve in self.curves)
 
     @property
     def gain_power(self) -> bool:
@@ -126,7 +121,7 @@ class Loads:
     @property
     def lose_power(self) -> bool:
         """Whether they take power whichever way the linkage moves."""
-        return self.has("damper") or self.oppose
+        return self.has("damper") or self.has("opposing")
 
     def has(self, kind: str) -> bool:
         """Whether there is an element of a kind."""

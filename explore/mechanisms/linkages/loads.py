@@ -17,8 +17,8 @@ from explore.mechanisms.linkages.coordinate import Coordinate, Place
 from explore.mechanisms.linkages.curves import place_of_curve, value_of_curve
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import read_expression
-from explore.mechanisms.linkages.graph import LEAST, SENSE, Number, Series
-from explore.mechanisms.linkages.load_table import FROM_LEAST, TO_GREATEST, Element, Loads, Mass
+from explore.mechanisms.linkages.graph import SENSES, Number, Series
+from explore.mechanisms.linkages.load_table import Element, Loads, Mass
 from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minus
 
 #: Units of amounts that are not negative, and that 0 leaves out.
@@ -48,6 +48,8 @@ class Loading:
         Links whose angles the loads depend on.
     squares
         Squares of distances that are divided by.
+    senses
+        Signals whose signs forces jump with, in the order of `graph.SENSES`.
     places, values
         The place of each curve, mm or rad, and its value.
     """
@@ -58,15 +60,15 @@ class Loading:
         self._one, self._meters = self._graph.constant(1.0), self._graph.constant(_METERS)
         self._speed = self._graph.input(SPEED) if loads.is_dynamic else self._zero
         self._power, self._loss = self._zero, self._zero
-        is_number = abs(self._graph.input(LEAST)).call("minimum", self._zero)
-        self._sense = self._graph.input(SENSE) + is_number
+        self.senses: list[str] = []
         self.on_pins: dict[str, list[Local]] = defaultdict(list)
         self.on_bodies: dict[str, list[tuple[Local, Local]]] = defaultdict(list)
         self.moments: dict[str, list[Number]] = defaultdict(list)
         self.places = {curve.name: place_of_curve(equations, curve) for curve in loads.curves}
         self.values = {curve.name: value_of_curve(equations, curve, self.places[curve.name]) for curve in loads.curves}
-        of_output = any(curve.over in (FROM_LEAST, TO_GREATEST) for curve in loads.curves)
-        self.angles = [equations.table.output] if of_output and equations.table.output in equations.directions else []
+        self.angles = (
+            [equations.table.output] if loads.need_strokes and equations.table.output in equations.directions else []
+        )
         self.squares: list[Series] = []
         gravity = loads.gravity
         self._gravity = (
@@ -99,7 +101,7 @@ class Loading:
 
     def _add_mass(self, mass: Mass) -> None:
         """Weight and inertia, as forces at the centroid and a moment."""
-        equations, amount = self._equations, _not_negative(mass.mass, self._read(mass.mass))
+        equations, amount = self._equations, self._amount(mass.mass)
         is_link = mass.owner in equations.table.body_of
         if not is_link or isinstance(mass.centroid, str):
             place = equations.points[mass.centroid if isinstance(mass.centroid, str) else mass.owner]
@@ -115,7 +117,7 @@ class Loading:
             return
         self.on_bodies[mass.owner].append(((place[0].terms[0], place[1].terms[0]), (x, y)))
         first, second = equations.turning_of(mass.owner)
-        inertia = _not_negative(mass.inertia, self._read(mass.inertia))
+        inertia = self._amount(mass.inertia)
         self._turn(mass.owner, -(inertia * square * second), first)
 
     def _push(self, point: str, force: Local) -> None:
@@ -180,8 +182,9 @@ class Loading:
             rate = rates[0] - rates[1] if len(rates) == 2 else rates[0]
             angle = self._zero
             if element.kind == "spring":
-                self.angles.append(element.ends[0])
-                angle = self._equations.angle_of(element.ends[0])
+                self.angles += element.ends
+                first, *second = (self._equations.angle_of(link) for link in element.ends)
+                angle = first - second[0] if second else first
             torque = -self._resist(element, angle, rate, self._one, self._graph.constant(_RADIANS))
         for sign, link, rate in zip((1.0, -1.0), element.ends, rates, strict=False):
             self._turn(link, torque * sign, rate)
@@ -196,15 +199,28 @@ class Loading:
         if element.kind == "spring":
             rest = self._read(element.rest) * rest_unit if element.rest else self._zero
             return size * (place - rest) * unit
-        amount = _not_negative(element.size, size)
-        resistance = amount * self._sense if element.kind == "opposing" else amount * rate * self._speed * unit
+        if element.kind == "opposing":
+            resistance = _not_negative(size) * self._sense_of(element.ends[0], rate)
+        else:
+            resistance = self._amount(element.size) * rate * self._speed * unit
         self._loss = self._loss + resistance * rate * (1.0 if unit is self._meters else float(1 / _METERS))
         return resistance
 
+    def _sense_of(self, name: str, rate: Number) -> Number:
+        """1, or -1 where the rate of a slot or link is negative."""
+        if rate.value is not None:
+            return self._one
+        signal = f"{name}_velocity"
+        if signal not in self.senses:
+            self.senses.append(signal)
+        return rate.call(SENSES[self.senses.index(signal)])
 
-def _not_negative(coordinate: Coordinate, number: Number) -> Number:
-    """The number, undefined where an expression is negative; ranges of parameters see to those that stand alone."""
-    if len(coordinate.steps) == 1:
-        return number
-    root = number.sqrt()
-    return root * root
+    def _amount(self, coordinate: Coordinate) -> Number:
+        """An amount, undefined where an expression is negative; ranges of parameters see to those that stand alone."""
+        number = self._read(coordinate)
+        return number if len(coordinate.steps) == 1 else _not_negative(number)
+
+
+def _not_negative(number: Number) -> Number:
+    """The number, undefined where it is negative."""
+    return number if number.value is not None else number.call("maximum", -number.sqrt())

@@ -8,6 +8,7 @@ from explore.base.lanes.arctangent import arctangent
 from explore.base.lanes.elementary import exact_sum
 from explore.mechanisms.linkages.closing import Sizes
 from explore.mechanisms.linkages.degrees import cosine_of_degrees, degrees_of, sine_of_degrees, tangent_of_degrees
+from explore.mechanisms.linkages.graph import SENSES
 from explore.mechanisms.linkages.programs import Operation, Program
 
 #: Function that gives the word of JavaScript for a function of Python.
@@ -64,8 +65,9 @@ def _expression(operation: Operation, parts: list[str], word_of: WordOf) -> str:
             return parts[0]
         case "tangent":
             return "tangent"
-        case "law":
-            return "(law == 0 ? 1 : -1)"
+        case name if name in SENSES:
+            code = f"(law >> {2 * SENSES.index(name)} & 3)"
+            return f"({code} == 0 ? ({parts[0]} < 0 ? -1 : 1) : 3 - 2 * {code})"
         case "mirror":
             return "(anchor == 0 ? 1 : -1)"
         case "choose":

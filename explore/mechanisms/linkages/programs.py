@@ -10,9 +10,8 @@ from explore.mechanisms.linkages.graph import (
     ANGLE,
     COSINE,
     GREATEST_PLACE,
-    LEAST,
     LEAST_PLACE,
-    SENSE,
+    SENSES,
     SINE,
     VERSINES,
     Graph,
@@ -22,7 +21,7 @@ from explore.mechanisms.linkages.graph import (
 from explore.mechanisms.linkages.trace import REFERENCE
 
 #: Operations that round nothing.
-EXACT = frozenset({"neg", "abs", "max", "maximum", "minimum"})
+EXACT = frozenset({"neg", "abs", "max", "maximum", "minimum", *SENSES})
 #: Row of the constant with the distance of the nearest singularity.
 DISTANCE_ROW = 0
 #: Row of the constant with the half-tangent of the reversal of the output at its least place.
@@ -61,8 +60,8 @@ class Program:
         Name of the function.
     operations
         In an order in which operands come first. "tangent" and "mirror" take the half-tangent of the angle, and 1 or -1
-        for its anchor; "choose" gives its first operand at the anchor and its second at the opposite. "law" takes 1
-        under the first law of the signals, and -1 under the second.
+        for its anchor; "choose" gives its first operand at the anchor and its second at the opposite. Of
+        `graph.SENSES` number k follows bits 2k and 2k + 1 of the law: 1 for 1, 2 for -1, 0 for the sign of the operand.
     literals, reads
         Values of numbers that are written out, and rows of numbers that are read.
     writes
@@ -87,14 +86,14 @@ class Rows:
         # The rows before are written at the end; references follow one after the other, whether used or not.
         references = [graph.input(f"{REFERENCE}{link}:{part}").index for link in links for part in range(3)]
         self._rows = {k: row for row, k in enumerate(references, FIRST_REFERENCE)}
-        for name, row in ((LEAST, LEAST_ROW), (LEAST_PLACE, LEAST_PLACE_ROW), (GREATEST_PLACE, GREATEST_PLACE_ROW)):
+        for name, row in ((LEAST_PLACE, LEAST_PLACE_ROW), (GREATEST_PLACE, GREATEST_PLACE_ROW)):
             self._rows[graph.input(name).index] = row
         self._written_last = frozenset(self._rows)
 
     @property
     def count(self) -> int:
         """Number of constants."""
-        return FIRST_REFERENCE - 3 + len(self._rows)
+        return FIRST_REFERENCE - 2 + len(self._rows)
 
     def add(self, outputs: Sequence[Number]) -> None:
         """Add the constants that outputs need."""
@@ -202,7 +201,7 @@ def _inputs_of_angle(*, is_ray: bool) -> _Angle:
     versines = {name: one.call("choose", other) for name, (one, other) in zip(VERSINES, pairs, strict=True)}
     cosine = graph.input("cosine") if is_ray else (1.0 - square) * signed
     sine = graph.input("sine") if is_ray else (u + u) * signed
-    return _Angle(graph, {COSINE: cosine, SINE: sine, SENSE: graph.input("law"), **versines})
+    return _Angle(graph, {COSINE: cosine, SINE: sine, **versines})
 
 
 _HALF_TANGENT, _RAY = _inputs_of_angle(is_ray=False), _inputs_of_angle(is_ray=True)

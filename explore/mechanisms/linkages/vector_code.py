@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from explore.base.compiling import LANES
 from explore.base.lanes.disturbance import FACTORS, PERIOD, STEP
 from explore.base.lanes.elementary import exact_sum
+from explore.mechanisms.linkages.graph import SENSES
 from explore.mechanisms.linkages.operations import CODES
 from explore.mechanisms.linkages.programs import EXACT, Operation, Program
 
@@ -29,7 +30,7 @@ OPERATE = "explore_linkage_operate"
 
 #: Names of the inputs of the angle in functions; "input" copies its operand.
 _GIVEN = {
-    "input": "", "law": "%sense",
+    "input": "",
     **{name: f"%{name}" for name in ("tangent", "cosine", "sine", "half.more")},
 }  # fmt: skip
 
@@ -140,10 +141,6 @@ class _Body:
         """Statements, and stores of results as soon as they are known."""
         if any(operation.name in ("mirror", "choose") for operation in self._program.operations):
             yield f"  %opposite = fcmp une {self._type} %anchor, {_splat(0.0, self._lanes)}"
-        if any(operation.name == "law" for operation in self._program.operations):
-            yield "  %is.first = icmp eq i64 %law, 0"
-            yield f"  %sense.one = select i1 %is.first, double {_hex(1.0)}, double {_hex(-1.0)}"
-            yield _spread("%sense", "%sense.one").rstrip()
         rows: dict[int, list[int]] = {}
         for row, k in self._program.writes:
             rows.setdefault(k, []).append(row)
@@ -187,6 +184,8 @@ class _Body:
             one, other = parts or (_splat(1.0, self._lanes), _splat(-1.0, self._lanes))
             truth = "i1" if self._lanes == 1 else f"<{LANES} x i1>"
             yield f"  {result} = select {truth} %opposite, {self._type} {other}, {self._type} {one}"
+        elif name in SENSES:
+            yield from self._sense(result, SENSES.index(name), parts[0])
         elif name == "exact_sum":
             lines: list[str] = []
             self._texts[k] = exact_sum.py_func(*(_Plain(part, result, lines) for part in parts)).text
@@ -201,6 +200,18 @@ class _Body:
                 f"  %f{k}.one = load double, ptr %f{k}.at\n{_spread(f'%f{k}', f'%f{k}.one')}"
                 f"  %d{k} = fmul {self._flags}{_VECTOR} {result}, %f{k}"
             )
+
+    def _sense(self, result: str, number: int, rate: str) -> Iterator[str]:
+        """The sense that the law says, or that of a rate."""
+        one, other = _splat(1.0, LANES), _splat(-1.0, LANES)
+        yield f"  {result}.shifted = lshr i64 %law, {2 * number}"
+        yield f"  {result}.code = and i64 {result}.shifted, 3"
+        yield f"  {result}.free = icmp eq i64 {result}.code, 0"
+        yield f"  {result}.back = icmp eq i64 {result}.code, 2"
+        yield f"  {result}.said = select i1 {result}.back, {_VECTOR} {other}, {_VECTOR} {one}"
+        yield f"  {result}.below = fcmp olt {_VECTOR} {rate}, {_splat(0.0, LANES)}"
+        yield f"  {result}.own = select <{LANES} x i1> {result}.below, {_VECTOR} {other}, {_VECTOR} {one}"
+        yield f"  {result} = select i1 {result}.free, {_VECTOR} {result}.own, {_VECTOR} {result}.said"
 
     def _call(self, result: str, code: int, parts: list[str]) -> Iterator[str]:
         """A function of one or two numbers; the second row of one number is that of the first."""

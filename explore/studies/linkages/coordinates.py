@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,6 +113,8 @@ def _coordinate(
             return constant(quantity(entry, unit))
         formula = parse_formula(entry)
     except RequestError as error:
+        with suppress(RequestError):
+            return constant(quantity(entry, unit))
         problems.append((key, str(error)))
         return ZERO
     return _checked(Coordinate(tuple(formula.names), formula.expression.steps), key, problems)

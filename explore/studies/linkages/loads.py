@@ -1,4 +1,4 @@
-"""Read the section [linkage.loads]: masses, gravity, forces, torques, springs, dampers, and what opposes the output.
+"""Read the section [linkage.loads]: masses, gravity, forces, torques, springs, dampers, and what opposes motions.
 
 `explore.studies.linkages.curves` reads the curves that forces, torques and what opposes can follow.
 """
@@ -10,6 +10,7 @@ from typing import Any
 from explore.base.errors import KeyPath
 from explore.base.suggest import closest_name, format_value, suggestion
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate
+from explore.mechanisms.linkages.graph import SENSES
 from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PointForce
 from explore.mechanisms.linkages.loads import AMOUNTS
 from explore.mechanisms.linkages.table import FRAME, carrier
@@ -40,6 +41,9 @@ _MASS_KEYS = ("mass", "centroid", "inertia")
 _TORQUE_KEYS = ("torque", "against")
 #: Units of rates of springs and dampers, along a line and of an angle.
 _RATES = {"springs": ("N/m", "N m/rad"), "dampers": ("N s/m", "N m s/rad")}
+#: Largest number of motions that are opposed: each is a bit of the law of a panel.
+_MOST_OPPOSED = len(SENSES)
+
 #: Largest number of entries of all parts together.
 _MOST_ENTRIES = 100
 
@@ -49,7 +53,6 @@ class LoadReader:
 
     def __init__(self, structure: Structure, driver: str, output: str, folder: Path | None, *, turns: bool) -> None:
         self._structure, self._driver, self._problems = structure, driver, structure.problems
-        self._output, self._turns = output, turns
         self._links = [link.name for link in structure.links]
         self._slots = [slot.name for slot in structure.slots]
         fixed = structure.bodies[FRAME].place_of
@@ -70,6 +73,8 @@ class LoadReader:
         if (count := sum(map(len, parts.values()))) > _MOST_ENTRIES:
             self._problems.append((key, f"has {count:,} entries; at most {_MOST_ENTRIES} are possible"))
             return None
+        if (count := len(parts["opposing"])) > _MOST_OPPOSED:
+            self._problems.append(((*key, "opposing"), f"has {count} entries; at most {_MOST_OPPOSED} are possible"))
         masses = tuple(self._mass(name, entry) for name, entry in parts["masses"].items())
         forces = tuple(self._point_force(name, entry) for name, entry in parts["forces"].items())
         elements = [self._torque(name, entry) for name, entry in parts["torques"].items()]
@@ -134,12 +139,7 @@ class LoadReader:
         key = (SECTION, "loads", "opposing", name)
         known = [*self._slots, *self._links]
         self._check_name(name, key, known, "slot or link")
-        if name in known and name != self._output:
-            reason = "only the motion of the output can be opposed"
-            advice = f"and {self._output} is the output" if self._output else f'write output = "{name}"'
-            self._problems.append((key, f"{reason}, {advice}"))
-        elif not self._turns:
-            self._problems.append((key, "a linkage with a range has no strokes, in which motions are opposed"))
+        self._check_turns((name,), key)
         return Element("opposing", name, (name,), self._amount(entry, key, "N m" if name in self._links else "N"))
 
     def _spring(self, kind: str, name: str, entry: object) -> Element:
@@ -160,7 +160,7 @@ class LoadReader:
     # what they act on
 
     def _ends(self, entry: object, key: KeyPath, kind: str) -> tuple[str, ...]:
-        """Two points; a slot; or a link, with a damper two."""
+        """Two points; a slot; or one or two links."""
         names = entry if isinstance(entry, list | tuple) else [entry]
         if len(names) == 1 and isinstance(names[0], str):
             self._check_name(names[0], key, [*self._slots, *self._links], "slot or link")
@@ -170,11 +170,13 @@ class LoadReader:
             self._problems.append((key, reason))
             return ()
         first, second = map(str, names)
-        if kind == "dampers" and first in self._links:
+        if first in self._links:
+            if kind == "springs" and second == self._driver:
+                self._problems.append((key, f"{second} turns with the crank angle, on which no spring acts"))
             return self._two_links(first, second, key)
         for name in (first, second):
             if name in self._links:
-                self._problems.append((key, f"springs and dampers join points; name a point of {name}"))
+                self._problems.append((key, f"what joins points joins no link; name a point of {name}"))
             else:
                 self._check_name(name, key, self._structure.points, "point")
         shared = [body for body in self._structure.bodies.values() if {first, second} <= set(body.place_of)]
@@ -204,6 +206,8 @@ class LoadReader:
         value = coordinate.steps[0][1]
         if (unit in AMOUNTS or key[2] == "opposing") and not coordinate.names and value < 0.0:
             self._problems.append((key, f"must not be negative, got {value:g}"))
+        elif unit in AMOUNTS and [operation for operation, _ in coordinate.steps] == ["input", "negate"]:
+            self._problems.append((key, f"{coordinate.names[0]} is never negative, so this never is an amount"))
         self._check_curves(coordinate, key)
         if len(self._problems) == before:
             self.coordinates.append((coordinate, key, unit))

@@ -1,0 +1,143 @@
+"""Forces against motions of slots and links, which jump where these turn back, however often; springs between links."""
+
+import math
+
+import numpy as np
+import pytest
+from linkage_cases import CASES, linkage_of, values_of, with_loads
+from scipy.optimize import brentq
+
+import explore
+from explore import Linkage
+from explore.base.errors import ConfigError
+from explore.evaluation.evaluate import evaluate_columns
+from explore.model.status import Status
+from explore.studies.request.requests import make_request
+
+SHAPER = CASES["crank-shaper"]
+PRESS = CASES["toggle-press"]
+OPPOSED = {"ram": 300.0, "block": 40.0, "lever": 2.0, "link": 0.5, "crank": 0.1}
+
+
+def way_of(linkage, values, place, rate):
+    """The whole way of a place over a turn, by all of its reversals, and how many there are."""
+    angles = np.arange(0.0, 360.0, 0.5) + 0.123
+    rates = explore.simulate(linkage, values, angles=angles.tolist())[rate].to_numpy()
+
+    def at(angle):
+        return explore.simulate(linkage, values, angles=[angle])[rate].iloc[0]
+
+    found = [
+        brentq(at, angles[k], angles[k] + 0.5, xtol=1e-9)
+        for k in range(len(angles))
+        if (rates[k] < 0.0) != (rates[(k + 1) % len(angles)] < 0.0)
+    ]
+    places = explore.simulate(linkage, values, angles=found)[place].to_numpy()
+    return np.abs(np.diff(np.append(places, places[0]))).sum(), len(found)
+
+
+def test_work_against_motions_is_force_times_way():
+    """Of slots and links at once, whether output or not, to 1e-12: a quadrature across a jump would miss 1e-3."""
+    linkage, values = with_loads(SHAPER, {"opposing": OPPOSED}), values_of(SHAPER) | {"speed": 3.0}
+    ways = {name: way_of(linkage, values, f"{name}_position", f"{name}_velocity")[0] for name in ("ram", "block")}
+    ways |= {name: way_of(linkage, values, f"{name}_angle", f"{name}_velocity")[0] for name in ("lever", "link")}
+    work = sum(OPPOSED[name] * ways[name] / 1000.0 for name in ("ram", "block"))
+    work += sum(OPPOSED[name] * math.radians(ways[name]) for name in ("lever", "link"))
+    work += OPPOSED["crank"] * 2.0 * math.pi
+    row = explore.evaluate(linkage, values, metrics=["net_work", "positive_work"], window="cycle", tolerance=1e-11)
+    assert row["status"].iloc[0] == Status.OK
+    assert row[["net_work", "positive_work"]].iloc[0].tolist() == pytest.approx([work, work], rel=1e-11)
+
+
+def test_the_ram_of_a_press_turns_back_four_times():
+    linkage, values = with_loads(PRESS, {"opposing": {"ram": 2000}}), values_of(PRESS)
+    way, count = way_of(linkage, values, "ram_position", "ram_velocity")
+    assert count == 4
+    row = explore.evaluate(linkage, values, metrics=["net_work", "ram_velocity_max"], window="cycle", tolerance=1e-11)
+    assert row["net_work"].iloc[0] == pytest.approx(2.0 * way, rel=1e-11)
+
+
+def test_a_stroke_has_the_force_of_its_own_side():
+    """No extreme over a stroke is that beyond its end, however the search for zeros rounds; near limits, too."""
+    linkage = with_loads(SHAPER, {"opposing": {"ram": 300}})
+    rng, count = np.random.default_rng(2), 200
+    designs = {name: np.full(count, value) for name, value in values_of(SHAPER).items()}
+    designs["crank"] = 120.0 * (1.0 - 10.0 ** rng.uniform(-6.0, -0.2, count))
+    designs["link"] = rng.uniform(266.0, 400.0, count)
+    forces = [f"S_force_on_link_x_{extreme}" for extreme in ("min", "max")]
+    rates = [f"ram_velocity_{extreme}" for extreme in ("min", "max")]
+    for stroke, sign in (("forward", 1.0), ("backward", -1.0)):
+        for tolerance in (1e-6, 1e-12):
+            request = make_request(
+                linkage.mechanism, metrics=[*forces, *rates], window=stroke, tolerance=tolerance
+            )  # fmt: skip
+            columns = evaluate_columns(request, designs).columns
+            ends = np.stack([columns[rate] for rate in rates])
+            # Of some designs beside their limit a pair of reversals is narrower than the search for strokes sees.
+            moves = np.abs(ends).min(axis=0) <= 1e-9 * np.abs(ends).max(axis=0)
+            assert moves.sum() >= 20
+            for metric in forces:
+                assert columns[metric][moves] == pytest.approx(-300.0 * sign, rel=1e-12)
+
+
+def test_motions_are_opposed_over_an_interval_of_a_blocked_crank_and_over_a_range():
+    short, interval = values_of(SHAPER) | {"link": 20.0}, {"from": 80, "to": 100}
+    linkage = with_loads(SHAPER, {"opposing": {"ram": 300}})
+    row = explore.evaluate(linkage, short, metrics=["drive_torque_mean"], window=interval, tolerance=1e-11).iloc[0]
+    places = explore.simulate(linkage, short, angles=[80.0, 100.0])["ram_position"]
+    assert row["drive_torque_mean"] == pytest.approx(
+        0.3 * (places.iloc[0] - places.iloc[1]) / math.radians(20), rel=1e-10
+    )
+    limited = Linkage(linkage.content | {"range": [10, 90]})
+    row = explore.evaluate(limited, values_of(SHAPER), metrics=["drive_torque_mean"], tolerance=1e-11).iloc[0]
+    places = explore.simulate(limited, values_of(SHAPER), angles=[10.0, 90.0])["ram_position"]
+    assert row["drive_torque_mean"] == pytest.approx(
+        0.3 * (places.iloc[0] - places.iloc[1]) / math.radians(80), rel=1e-10
+    )
+
+
+def test_a_negative_parameter_opposes_nothing():
+    """It would drive."""
+    linkage = with_loads(SHAPER, {"opposing": {"ram": "cut"}})
+    row = explore.evaluate(linkage, values_of(SHAPER) | {"cut": -3.0}, metrics=["drive_torque_mean"], window="cycle")
+    assert row["status"].iloc[0] == Status.NOT_FINITE
+
+
+def test_a_spring_between_two_links_follows_the_angle_between_them():
+    """Its torque by the velocities of both; the crank takes what the links do not."""
+    spring = {"between": ["link", "lever"], "rate": 1.5, "rest": -60}
+    linkage, values = with_loads(SHAPER, {"springs": {"coil": spring}}), values_of(SHAPER) | {"speed": 2.0}
+    motion = explore.simulate(linkage, values, angles=np.arange(0.0, 360.0, 15.0).tolist())
+    angle = np.radians(motion["link_angle"] - motion["lever_angle"] + 60.0)
+    expected = 1.5 * angle * (motion["link_velocity"] - motion["lever_velocity"]) / 2.0
+    size = np.abs(expected).max()
+    assert motion["drive_torque"].to_numpy() == pytest.approx(expected.to_numpy(), abs=1e-14 * size)
+    assert Linkage(linkage.content) == linkage
+
+
+@pytest.mark.parametrize(
+    ("loads", "problem"),
+    [
+        ({"opposing": {"rim": 3}}, "opposing.rim: unknown slot or link 'rim'"),
+        (
+            {"springs": {"s": {"between": ["link", "crank"], "rate": 1, "rest": 0}}},
+            "springs.s.between: crank turns with",
+        ),
+        ({"masses": {"S": "-m"}}, "masses.S: m is never negative, so this never is an amount"),
+    ],
+)
+def test_loads_that_cannot_be_are_refused(loads, problem):
+    with pytest.raises(ConfigError) as error:
+        with_loads(SHAPER, loads)
+    assert str(error.value).startswith(f"linkage.loads.{problem}")
+
+
+def test_a_link_that_only_translates_has_no_torque_against_it():
+    content = linkage_of(CASES["scotch-yoke"]).content | {"loads": {"opposing": {"yoke": 3}}}
+    with pytest.raises(ConfigError, match=r"^linkage.loads.opposing.yoke: yoke does not turn against frame"):
+        Linkage(content)
+
+
+def test_amounts_may_have_units():
+    linkage = with_loads(SHAPER, {"gravity": [0, "-9.81 m/s^2"], "masses": {"S": "600 g"}})
+    assert linkage == with_loads(SHAPER, {"gravity": [0, -9.81], "masses": {"S": 0.6}})
