@@ -191,7 +191,9 @@ def _print_front(
     line = ranking.frame.groupby(objectives, sort=False, dropna=False).ngroup()
     n_lines = int(line.max()) + 1
     # Only the lines shown become groups: those of a hundred thousand designs take ten seconds.
-    groups = list(ranking.frame[line < (top or n_lines)].groupby(objectives, sort=False, dropna=False))
+    shown = ranking.frame[line < (top or n_lines)]
+    shown.attrs = {}  # pandas would copy them with each column of each group
+    groups = list(shown.groupby(objectives, sort=False, dropna=False))
     marks = ["front"] if request.fronts > 1 else []
     origins = ["results"] if "results" in ranking.frame else []
     qualities = list(QUALITY) if request.quality else []
