@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -14,7 +15,9 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
+from command_line import patience
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, fill, flip, sha256, unseal, values, writer
+from waiting import PATIENCE
 
 from explore.base.errors import ResultsError
 from explore.base.files import unfinished_name
@@ -267,18 +270,37 @@ def test_interrupt_leaves_nothing_behind(finished, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_an_interrupt_while_the_thread_starts_packs_nothing(finished, tmp_path, monkeypatch):
+    """Python's pools do not wait for a thread whose start was interrupted, which would write on."""
+    packed, before, start = [], set(threading.enumerate()), threading.Thread.start
+
+    def interrupted(thread):
+        start(thread)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(packing, "_pack", lambda *_: packed.append(True))
+    monkeypatch.setattr(threading.Thread, "start", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        pack(finished, tmp_path / "new.h5")
+    for thread in set(threading.enumerate()) - before:
+        thread.join()
+    assert packed == []
+
+
 ENDLESS = """
 import signal
 from pathlib import Path
 from explore.results.store.packing import pack
 signal.signal(signal.SIGINT, signal.default_int_handler)
-try:
-    print("ready", flush=True)
-    while True:
-        pack(Path({source!r}), Path({target!r}))
-        Path({target!r}).unlink()
-except KeyboardInterrupt:
-    print("stopped")
+while True:
+    try:
+        print("ready", flush=True)
+        while True:
+            pack(Path({source!r}), Path({target!r}))
+            Path({target!r}).unlink()
+    except KeyboardInterrupt:
+        print("stopped", flush=True)
+        input()
 """
 
 
@@ -287,16 +309,20 @@ def test_ctrl_c_at_any_time_leaves_nothing_behind(finished, tmp_path):
     chance, target = random.Random(3), tmp_path / "new.h5"
     code = ENDLESS.format(source=str(finished), target=str(target))
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    for _ in range(8):
-        process = subprocess.Popen(
-            [sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
-        )
-        assert process.stdout.readline() == "ready\n"
-        time.sleep(0.02 + chance.random() * 0.2)
-        process.send_signal(signal.SIGINT)
-        assert process.communicate(timeout=240) == ("stopped\n", "")
-        target.unlink(missing_ok=True)
-        assert list(tmp_path.iterdir()) == []
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    with patience(PATIENCE), subprocess.Popen([sys.executable, "-c", code], env=environment, **pipes) as process:
+        try:
+            for _ in range(20):
+                assert process.stdout.readline() == "ready\n"
+                time.sleep(0.02 + chance.random() * 0.2)
+                process.send_signal(signal.SIGINT)
+                assert process.stdout.readline() == "stopped\n"
+                target.unlink(missing_ok=True)
+                assert list(tmp_path.iterdir()) == []
+                process.stdin.write("\n")
+                process.stdin.flush()
+        finally:
+            process.kill()
 
 
 def test_an_attribute_that_is_no_signed_integer_of_64_bits_is_left_out(copy):

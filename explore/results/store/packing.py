@@ -68,6 +68,7 @@ def _run_in_thread(work: Callable[[threading.Event], None]) -> None:
     """
     stop = threading.Event()
     with ThreadPoolExecutor(1) as thread:
+        thread.submit(stop.is_set).result()  # a thread that is interrupted while it starts is not waited for
         try:
             thread.submit(work, stop).result()
         finally:
