@@ -3,7 +3,6 @@
 import errno
 import fcntl
 import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -16,29 +15,6 @@ from explore.base.files import rename_new
 from explore.results.store import system_calls
 from explore.results.store.creation import create_results_file
 from explore.results.store.open_results import open_results
-
-LIMITED = """
-import resource, sys
-from pathlib import Path
-sys.path[:0] = {paths!r}
-import store_files
-resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-try:
-    store_files.fill(Path({path!r}))
-except store_files.ResultsError as error:
-    print(error)
-"""
-
-
-def test_full_disk_leaves_nothing_behind(tmp_path):
-    """A limit on the file's length makes the same system call fail as a full disk."""
-    path = tmp_path / "grid.h5"
-    code = LIMITED.format(paths=[str(Path(__file__).parent), *sys.path], path=str(path))
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert f"{path} needs " in done.stdout
-    assert "ulimit" in done.stdout
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_disk_too_small_says_how_much_is_missing(tmp_path):

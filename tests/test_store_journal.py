@@ -1,13 +1,10 @@
-"""The journal: acknowledged records survive kills, full disks and damage to other records."""
+"""The journal: acknowledged records survive full disks and damage to other records."""
 
 import contextlib
 import itertools
 import os
-import random
 import resource
 import subprocess
-import sys
-import time
 import zlib
 from pathlib import Path
 
@@ -15,7 +12,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from store_files import kill, say
 
 from explore.base.errors import ResultsError
 from explore.results.store import journal as journal_module
@@ -28,7 +24,6 @@ HEADER = {
     "kernel": "four-bar 1",
     "block_size": 1000,
 }
-KILLS = 5
 
 
 def record(number: int) -> tuple[dict, dict[str, np.ndarray]]:
@@ -249,36 +244,7 @@ def record_places(content: bytes) -> list[tuple[int, int]]:
     return places
 
 
-# --- kills and full disks --------------------------------------------------------------------------------------------
-
-
-def append_for_ever(path: Path) -> None:
-    with Journal(path, HEADER) as journal:
-        done = len(check(journal))
-        say("ready")
-        for number in itertools.count(done):
-            journal.append(*record(number))
-            say(str(number))
-
-
-def test_kills_lose_nothing_that_was_acknowledged(tmp_path):
-    path, chance = tmp_path / "a.journal", random.Random(1)
-    expected = 0
-    for _ in range(KILLS):
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-        process = subprocess.Popen(
-            [sys.executable, __file__, str(path)], stdout=subprocess.PIPE, text=True, env=environment
-        )
-        assert process.stdout.readline() == "ready\n"
-        time.sleep(chance.random() * 0.05)
-        acknowledged = [int(word) for word in kill(process)]
-        assert acknowledged == list(range(expected, expected + len(acknowledged)))
-        numbers = numbers_in(path)
-        assert numbers == list(range(len(numbers)))
-        assert len(numbers) - expected - len(acknowledged) in (0, 1), "at most one was written but not acknowledged"
-        expected = len(numbers)
-    assert expected > KILLS
-    assert [p.name for p in tmp_path.iterdir()] == ["a.journal"]
+# --- full disks -----------------------------------------------------------------------------------------------------
 
 
 @contextlib.contextmanager
@@ -358,7 +324,3 @@ def test_the_checksum_of_a_record_covers_all_of_it(tmp_path):
         path.write_bytes(flipped(content, {8 * byte}))
         with Journal(path, HEADER) as journal:
             assert list(journal.records()) == []
-
-
-if __name__ == "__main__":
-    append_for_ever(Path(sys.argv[1]))

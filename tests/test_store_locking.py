@@ -7,7 +7,7 @@ from pathlib import Path
 
 import h5py
 import pytest
-from store_files import N_BLOCKS, child, fill, kill, sha256, writer
+from store_files import child, fill, kill, writer
 
 from explore.base.errors import ResultsError
 from explore.results.store import system_calls
@@ -48,16 +48,6 @@ def open_files() -> dict[int, str]:
         with contextlib.suppress(FileNotFoundError):  # the one that lists the folder
             names[int(link.name)] = str(link.readlink())
     return names
-
-
-def test_four_writers_at_once_write_each_block_once(finished, tmp_path):
-    path = tmp_path / "grid.h5"
-    processes = [child(path, "all") for _ in range(4)]
-    words = []
-    for process in processes:
-        words += process.communicate(timeout=240)[0].split()
-    assert sorted(int(word) for word in words if word != "ready") == list(range(N_BLOCKS))
-    assert sha256(path) == sha256(finished)
 
 
 def test_lock_file_removed_by_its_last_holder_is_no_lock(tmp_path, monkeypatch):

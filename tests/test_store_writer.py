@@ -15,12 +15,9 @@ from store_files import (
     N_BLOCKS,
     N_DESIGNS,
     assert_block_has_its_values,
-    child,
     fill,
     flip,
-    kill,
     sha256,
-    still_pending,
     values,
     writer,
 )
@@ -34,9 +31,6 @@ from explore.results.store.creation import create_results_file
 from explore.results.store.layout import PAGE
 from explore.results.store.layout_reader import read_layout
 from explore.results.store.open_results import open_results
-
-#: Kills of a real writer; each costs about half a second, mostly the child's imports.
-KILLS = 6
 
 
 def test_bytes_do_not_depend_on_order_or_time(finished, tmp_path):
@@ -60,35 +54,6 @@ def test_hdf5_metadata_never_changes(tmp_path):
             is_value[start : start + dataset.nbytes] = True
     assert np.any(before != after)
     assert not np.any((before != after) & ~is_value)
-
-
-def test_resume_after_kill_loses_nothing(finished, tmp_path):
-    chance = random.Random(20_240_601)
-    path = tmp_path / "grid.h5"
-    for trial in range(KILLS):
-        process = child(path, "all")
-        assert process.stdout.readline() == "ready\n"
-        acknowledged = []
-        for _ in range(chance.randrange(N_BLOCKS)):
-            line = process.stdout.readline()
-            acknowledged += [int(line)] if line else []
-        time.sleep(chance.random() * 0.02)  # creating takes about 10 ms, a block about 1 ms
-        acknowledged += map(int, kill(process))
-        if path.exists():
-            results = open_results(path)
-            committed = set(range(N_BLOCKS)) - set(still_pending(path))
-            assert set(acknowledged) <= committed, f"trial {trial}"
-            assert results.verify() == []
-            for number in committed:
-                assert_block_has_its_values(path, number)
-        else:
-            assert not acknowledged
-        if path.exists() and not still_pending(path):
-            assert sha256(path) == sha256(finished)
-            path.unlink()
-    fill(path, still_pending(path) if path.exists() else range(N_BLOCKS))
-    assert sha256(path) == sha256(finished)
-    assert [p.name for p in tmp_path.iterdir()] == ["grid.h5"], "unfinished files of killed writers are removed"
 
 
 def test_damaged_block_is_pending_again(copy):

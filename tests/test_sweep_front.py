@@ -1,12 +1,6 @@
 """Sweeps that keep only the Pareto set: the same set as of a full sweep, the same bytes however they ran."""
 
 import hashlib
-import os
-import random
-import signal
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pandas as pd
@@ -77,28 +71,6 @@ def test_a_resumed_sweep_computes_the_rest(study, tmp_path):
         assert not (tmp_path / "resumed.h5").exists()
     assert sweep(study, tmp_path / "resumed.h5").n_resumed in (2 * BLOCK_SIZE, BLOCK_SIZE + 151_200 % BLOCK_SIZE)
     assert digest(tmp_path / "resumed.h5") == digest(tmp_path / "one.h5")
-
-
-def test_kills_cost_a_block_each_and_nothing_else(study, tmp_path):
-    (tmp_path / "long.toml").write_text(SOBOL.replace("400_000", "4_000_000"))  # 62 blocks
-    whole = explore.sweep(explore.load_study(tmp_path / "long.toml"), tmp_path / "whole.h5", keep="front")
-    command = [sys.executable, "-m", "explore", "sweep", "long.toml", "-o", "a.h5", "--keep", "front", "--quiet"]
-    journal, chance, kills, before = tmp_path / "a.h5.journal", random.Random(5), 0, 0
-    while not (tmp_path / "a.h5").exists():
-        process = subprocess.Popen(command, cwd=tmp_path)
-        while process.poll() is None and not (journal.exists() and journal.stat().st_size > before):
-            time.sleep(0.005)
-        time.sleep(chance.uniform(0.0, 0.15))
-        if process.poll() is None and kills < 3:
-            os.kill(process.pid, signal.SIGKILL)
-            kills += 1
-            process.wait()
-            assert journal.stat().st_size > before, "what was durable was lost"
-            before = journal.stat().st_size
-        assert process.wait() in (0, -signal.SIGKILL)
-    assert kills >= 2
-    assert digest(tmp_path / "a.h5") == digest(whole.path)
-    assert not journal.exists()
 
 
 def test_an_unfinished_front_is_no_results_file_yet(study, tmp_path):

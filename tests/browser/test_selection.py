@@ -1,14 +1,12 @@
 """Brushes, counts, table, CSV and the copied command select the same designs as pandas."""
 
 import json
-import os
 import shlex
-import subprocess
-import sys
 
 import numpy as np
 import pandas as pd
 import pytest
+from command_line import run
 
 from browser.chromium import conditions, select, select_box, settle, shown_count
 from explore.mechanisms.registry import MECHANISMS
@@ -129,9 +127,7 @@ def test_the_csv_of_all_designs_keeps_undefined_values(page, frame, tmp_path):
 def run_command(line, folder, *options):
     words = shlex.split(line)
     assert words[:2] == ["explore", "rank"]
-    command = [sys.executable, "-m", "explore", *words[1:], *options]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True).stdout
+    return run(*words[1:], *options, cwd=folder).stdout
 
 
 def test_the_copied_command_selects_the_same_designs(browser, study, frame):
