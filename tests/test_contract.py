@@ -51,26 +51,58 @@ crank_centroid = [-0.2, 0.6]
 coupler_inertia = 2
 rocker_inertia = 5
 """
-LOADED_RIG = f"""mechanism = "test-rig"
-{LOADED_FOUR_BAR}
+#: Points of a link, with a metric of their own.
+POINTS = """
+[points]
+knife = { along = [100, 420], across = { start = -60, stop = 60, num = 2 } }
+[constraints]
+knife_y_peak_to_peak = { max = 2000 }
+[metrics]
+span = { formula = "knife_x_peak_to_peak / knife_along", unit = "1" }
+[rank]
+metrics = ["pin_force_peak", "knife_curvature_mean:min", "span:max"]
+"""
+#: Mechanisms under all their loads; four-bars of both branches, and a drag link, whose rocker does not swing.
+LOADED = {
+    "test-rig": f"""{LOADED_FOUR_BAR}
 allowed_stress = 116.7
 allowed_shear = 80
 bearing_rating = "44.6 kN"
 [evaluate]
-metrics = ["swing_angle", "drive_torque_peak", "pin_force_peak"]
-[rank]
-metrics = ["pin_force_peak", "swing_angle:max"]
-"""
-#: Both branches, and a drag link, whose rocker does not swing.
-LOADED_CRANK_ROCKER = f"""mechanism = "crank-rocker"
-{LOADED_FOUR_BAR}
+metrics = ["swing_angle", "drive_torque_peak", "pin_force_peak", "knife_x_max", "knife_curvature_mean"]
+""",
+    "crank-rocker": f"""{LOADED_FOUR_BAR}
 branch = [1, -1]
 [evaluate]
 window = "cycle"
-metrics = ["swing_angle", "drive_torque_peak", "pin_force_peak", "positive_work"]
-[rank]
-metrics = ["pin_force_peak", "swing_angle:max"]
-"""
+metrics = ["swing_angle", "drive_torque_peak", "pin_force_peak", "positive_work", "knife_x_max", "knife_curvature_mean"]
+""",
+    "slider-crank": """
+[parameters]
+crank = { start = 40, stop = 80, num = 3 }
+rod = { start = 150, stop = 300, num = 3 }
+offset = [-30, 0, 40]
+speed = "90 rpm"
+constant_force = [-200, 300]
+opposing_force = 150
+stiffness = 2000
+damping = 40
+mass = 8
+friction = [0, 0.15]
+crank_mass = 3
+crank_centroid = [-0.2, 0.6]
+rod_mass = 2
+rod_centroid = 0.3
+rod_inertia = 0.01
+[evaluate]
+metrics = ["stroke", "drive_torque_peak", "pin_force_peak", "net_work", "knife_x_max", "knife_curvature_mean"]
+""",
+}
+
+
+def loaded_study(name):
+    """The study of a mechanism under loads with points."""
+    return f'mechanism = "{name}"{LOADED[name]}{POINTS}'
 
 
 def broken_promises(mechanism, **options):
@@ -127,11 +159,9 @@ def test_every_mechanism_sweeps_in_processes(name, client, tmp_path):
     assert_frame_equal(there.to_pandas(), here.to_pandas(), check_exact=True)
 
 
-@pytest.mark.parametrize("name", ["crank-rocker", "test-rig"])
-def test_four_bars_keep_their_promises_under_all_loads(name):
-    check_mechanism(
-        MECHANISMS[name], study={"crank-rocker": LOADED_CRANK_ROCKER, "test-rig": LOADED_RIG}[name], designs=3
-    )
+@pytest.mark.parametrize("name", LOADED)
+def test_mechanisms_with_points_keep_their_promises_under_loads(name):
+    check_mechanism(MECHANISMS[name], study=loaded_study(name), designs=3)
 
 
 @pytest.mark.parametrize("mechanism", [PEAK, WRONG_PEAK], ids=["adaptive", "wrongly graded"])
@@ -219,7 +249,7 @@ def test_designs_are_drawn_around_those_of_the_study(load):
     assert set(drawn["branch"]) == {-1.0, 1.0}
     assert set(drawn["phases"]) == set(map(float, range(1, 13)))
     assert not np.array_equal(drawn["crank"], draw_designs(study, 2_000, 1)["crank"])
-    loaded = draw_designs(load(LOADED_RIG), 500, 0)
+    loaded = draw_designs(load(loaded_study("test-rig")), 500, 0)
     assert -20e3 <= loaded["constant_torque"].min() < 0.0 < loaded["constant_torque"].max() <= 25e3
 
 

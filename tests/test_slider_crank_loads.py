@@ -10,8 +10,6 @@ from hypothesis import strategies as st
 from mujoco_model import Body, Cut, inverse_dynamics
 
 import explore
-from explore.mechanisms.registry import MECHANISMS
-from explore.testing import check_mechanism
 
 ANGLES = np.linspace(0.0, 360.0, 97)[:-1] + 1.234
 FORCES = ("crank_pivot_force", "crank_pin_force", "slider_pin_force", "thrust", "guide_force", "drive_torque")
@@ -262,31 +260,3 @@ def corners(design):
                     low, high = (middle, high) if same else (low, middle)
                 edges.add(low)
     return sorted(edges)
-
-
-LOADED = """mechanism = "slider-crank"
-[parameters]
-crank = { start = 40, stop = 80, num = 3 }
-rod = { start = 150, stop = 300, num = 3 }
-offset = [-30, 0, 40]
-speed = "90 rpm"
-constant_force = [-200, 300]
-opposing_force = 150
-stiffness = 2000
-damping = 40
-mass = 8
-friction = [0, 0.15]
-crank_mass = 3
-crank_centroid = [-0.2, 0.6]
-rod_mass = 2
-rod_centroid = 0.3
-rod_inertia = 0.01
-[evaluate]
-metrics = ["stroke", "drive_torque_peak", "pin_force_peak", "positive_work", "net_work"]
-[rank]
-metrics = ["drive_torque_peak", "pin_force_peak"]
-"""
-
-
-def test_loaded_designs_keep_all_promises():
-    check_mechanism(MECHANISMS["slider-crank"], study=LOADED, designs=3)
