@@ -23,7 +23,10 @@ def motion_of(design, degrees):
     slider = 1e-3 * np.array([np.stack([signals[name], np.zeros(len(degrees))], axis=-1) for name in names])
     span = slider[0] - pin[0]
     square = (span**2).sum(axis=1)
-    cross = lambda rate: span[:, 0] * rate[:, 1] - span[:, 1] * rate[:, 0]  # noqa: E731
+
+    def cross(rate):
+        return span[:, 0] * rate[:, 1] - span[:, 1] * rate[:, 0]
+
     return pin, slider, cross(slider[1] - pin[1]) / square, cross(slider[2] - pin[2]) / square
 
 

@@ -70,6 +70,11 @@ def gauss_legendre(count):
     return nodes, weights
 
 
+def function_of(number, values, outer=mpmath.mpf):
+    """A node of the graph as a function of the input angle."""
+    return lambda angle: outer(evaluate_graph([number], values, angle)[0])
+
+
 def minima_of_factors(equations, values):
     """Angles of the minima of factors that are small beside their largest values, rad."""
     angles, places = np.linspace(0.0, 2.0 * math.pi, 2880, endpoint=False), set()
@@ -81,7 +86,7 @@ def minima_of_factors(equations, values):
         for k in np.flatnonzero(is_least & (sampled < 0.02 * sampled.max())):
             start = mpmath.mpf(angles[k])
             ends = start - mpmath.mpf("1e-3"), start + mpmath.mpf("1e-3")
-            place = mpmath.findroot(lambda angle: evaluate_graph([slope], values, angle)[0], ends)  # noqa: B023
+            place = mpmath.findroot(function_of(slope, values), ends)
             places.add(place % (2 * mpmath.pi))
     return sorted(places)
 
@@ -94,7 +99,7 @@ def reversals(linkage, equations, values, rate):
     for row in (LEAST_ROW, GREATEST_ROW):
         start = 2 * mpmath.atan(mpmath.mpf(constants[row, 0]))
         ends = start - mpmath.mpf("1e-9"), start + mpmath.mpf("1e-9")
-        root = mpmath.findroot(lambda angle: evaluate_graph([rate], values, angle)[0], ends, tol=1e-50)
+        root = mpmath.findroot(function_of(rate, values), ends, tol=1e-50)
         roots.append(root % (2 * mpmath.pi))
     least, greatest = roots
     return least, greatest if greatest > least else greatest + 2 * mpmath.pi
@@ -173,8 +178,7 @@ def statistics(linkage, values, signals):
         column = [sample[k] for sample in samples]
         mean = mpmath.fsum(map(mpmath.fmul, column, shares))
         variance = mpmath.fsum((value - mean) ** 2 * share for value, share in zip(column, shares, strict=True))
-        number = numbers[k : k + 1]
-        peak = largest(lambda angle: abs(evaluate_graph(number, values, angle)[0]), angles, list(map(abs, column)))  # noqa: B023
+        peak = largest(function_of(numbers[k], values, abs), angles, list(map(abs, column)))
         result[name] = [mpmath.nstr(each, 25) for each in (mean, variance, peak)]
     folded = [transmission(sample[len(signals) :]) for sample in samples]
     least = -largest(lambda angle: transmission(evaluate_graph(angles_of, values, angle)), angles, folded)
