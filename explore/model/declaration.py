@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
+from typing import Any
 
 from explore.model.drawing import Drawing, Panel
+from explore.model.exact import ExactDesign
 from explore.model.points import FloatingLink
 from explore.model.quadrature import Adaptive, Graded, Located, Quadrature
 from explore.model.quantities import OUTPUT_STATISTICS, Formula, GivenMetric, Metric, Parameter, Signal
@@ -133,6 +135,9 @@ class Declaration:
     table
         The table of the planar linkage that it is, for `explore.mechanisms.linkages`, by its parameters and the names
         of its drawing; None for a mechanism that no table says.
+    exact
+        Function of parameters that are fractions that returns what is known of a design without rounding; angles of
+        links are then between -180 and 180 deg. None where status and marks follow from the table.
     """
 
     name: str
@@ -179,6 +184,7 @@ class Declaration:
     target: Target | None = None
     given: tuple[GivenMetric, ...] = ()
     table: Hashable = None
+    exact: Callable[[Mapping[str, Any]], ExactDesign] | None = None
 
     @property
     def default_drive(self) -> str:

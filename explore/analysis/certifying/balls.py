@@ -56,14 +56,18 @@ def with_more_bits(find: Callable[[int], _Value | None], reason: str) -> _Value:
     `find` takes a precision in bits; it returns None, or raises `UndecidedError`, if that is too low. If all are,
     `UnprovedError` is raised with the reason.
     """
-    for bits in PRECISIONS:
-        with ctx.workprec(bits):
+    before = ctx.prec
+    try:
+        for bits in PRECISIONS:
+            ctx.prec = bits
             try:
                 value = find(bits)
             except UndecidedError:
                 continue
-        if value is not None:
-            return value
+            if value is not None:
+                return value
+    finally:
+        ctx.prec = before
     raise UnprovedError(f"{reason} is not decided with {PRECISIONS[-1]} bits")
 
 

@@ -14,7 +14,6 @@ from explore.analysis.certifying.balls import (
     with_more_bits,
 )
 from explore.analysis.certifying.designs import Design
-from explore.analysis.certifying.registry import find_certificate
 from explore.analysis.certifying.rows import Proof, certify_row
 from explore.evaluation.kinematics import speed_power
 from explore.model.progress import ReportProgress
@@ -38,13 +37,13 @@ def certify_designs(
     If they are said to be Pareto-optimal in the objectives, one that is dominated is refuted. `report_progress` is
     called after each with the designs done and all designs.
     """
-    make, proofs = find_certificate(request.mechanism.name), {}
+    proofs = {}
     for done, (number, row) in enumerate(rows.items(), 1):
         parameters = {
             p.name: float(row[p.name]) if p.name in row else float("nan" if p.default is None else p.default)
             for p in request.mechanism.parameters
         }
-        design = Design(make, parameters, request)
+        design = Design(parameters, request)
         proofs[number] = certify_row(design, row), design
         if report_progress is not None:
             report_progress(done, len(rows))

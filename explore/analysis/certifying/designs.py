@@ -1,12 +1,13 @@
 """One design in ball arithmetic: its numbers by name and formulas of them, with as many bits as they need."""
 
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 from flint import arb
 
 from explore.analysis.certifying.balls import Enclosure, UndecidedError, UnprovedError, exact, with_more_bits
-from explore.analysis.certifying.contract import Certificate, MakeCertificate
+from explore.analysis.certifying.certificate import Certificate
 from explore.analysis.certifying.functions import compute
 from explore.evaluation.evaluate import LARGEST_PARAMETER, SMALLEST_PARAMETER
 from explore.evaluation.propagation import Bounded, propagate
@@ -18,18 +19,17 @@ from explore.model.request import Constraint, Request
 class Design:
     """A design of exact parameters, all of its mechanism, and what results hold of it."""
 
-    def __init__(self, make: MakeCertificate, parameters: Mapping[str, float], request: Request) -> None:
+    def __init__(self, parameters: Mapping[str, float], request: Request) -> None:
         self.parameters, self.request = dict(parameters), request
-        self._make = make
         self._certificates: dict[int, Certificate] = {}
         self._known: dict[tuple[str, int], Enclosure | None] = {}
         self._narrow: dict[str, tuple[Enclosure | None]] = {}
         self.bits = 0
 
-    @property
+    @cached_property
     def is_usable(self) -> bool:
         """Whether each parameter is a number that it may be, of a usable magnitude."""
-        numbers = ((p, self.parameters[p.name]) for p in self.request.mechanism.parameters)
+        numbers = ((p, float(self.parameters[p.name])) for p in self.request.mechanism.parameters)
         return all(
             p.allows(number) and (number == 0.0 or SMALLEST_PARAMETER < abs(number) <= LARGEST_PARAMETER)
             for p, number in numbers
@@ -61,7 +61,7 @@ class Design:
 
     def _certificate(self, bits: int) -> Certificate:
         if bits not in self._certificates:
-            self._certificates[bits] = self._make(self.parameters, self.request)
+            self._certificates[bits] = Certificate(self.parameters, self.request)
         return self._certificates[bits]
 
     def _find(self, metric: AnyMetric, bits: int) -> Enclosure | None:
@@ -69,8 +69,6 @@ class Design:
             raise UnprovedError(f"{metric.name} comes with the designs")
         certificate = self._certificate(bits)
         if not isinstance(metric, DerivedMetric) or not isinstance(metric.formula.function, Expression):
-            if isinstance(metric, DerivedMetric) and any(part.signal.point for part in metric.sampled):
-                raise UnprovedError(f"{metric.name} holds the path of a point, which has no rigorous road")
             return certificate.enclose(metric)
         sources = []
         for source in metric.inputs:

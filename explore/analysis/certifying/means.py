@@ -10,7 +10,9 @@ A function here is real at real angles, and has no finite value on a box of angl
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import lru_cache
 from typing import Any
 
@@ -18,35 +20,60 @@ from flint import acb, arb, ctx
 
 from explore.analysis.certifying.balls import UnprovedError
 
-#: Half the height of the highest strip that is tried, rad.
-_HIGHEST = 1.0
-#: Half the height of a strip over that of the one tried before it.
-_LOWER = 0.7
-#: Half the height of the lowest strip that is tried, rad.
-_LOWEST = 5e-3
+#: Heights of the strips that are tried about a full turn, rad.
+_STRIPS = (1.0, 0.5, 0.25)
 #: Sum of the semi-axes of ellipses, over half the length of a piece.
 _SUM = 2.0
 #: Half the length of the longest piece, rad.
-_LONGEST = 0.4
+_LONGEST = 1.6
 #: Half the length of the shortest piece that is halved, rad.
-_SHORTEST = 1e-3
+_SHORTEST = 1e-8
+#: Largest number of pieces of an arc.
+_MOST_PIECES = 400
 #: Number of angles that tell how large a function usually is.
-_SAMPLES = 8
-#: Height of the lowest box that is halved, over half of that of the first boxes.
-_NARROWEST = 0.6
-#: Overlap of boxes, rad, so that rounding leaves no gap.
+_SAMPLES = 4
+#: Number of boxes in a row about a piece at first.
+_COLUMNS = 4
+#: Overlap of boxes over their size, so that rounding leaves no gap.
 _OVERLAP = 1e-9
+#: Rounding of the centre of a box, relative to 1 and the centre.
+_ROUNDING = 1e-15
+#: Height of the lowest box that is halved, over that of the first boxes.
+_NARROWEST = 0.6
 #: Largest number of boxes that are looked at.
-_MOST_BOXES = 250
+_MOST_BOXES = 60
 
 Function = Callable[[Any], Any]
 #: The centre and half the width of a box, and the middle and half the height of its imaginary part, rad.
 Box = tuple[float, float, float, float]
 
+_is_left_out = ContextVar("integration is left out", default=False)
+
+
+@contextmanager
+def integration_left_out() -> Iterator[None]:
+    """Here what needs an integral, which takes up to seconds, is not proved."""
+    token = _is_left_out.set(True)
+    try:
+        yield
+    finally:
+        _is_left_out.reset(token)
+
 
 def turn_means(function: Function, reason: str) -> tuple[arb, arb]:
     """Mean of a function and of its square over a full turn; `UnprovedError` with the reason where none is proved."""
-    height, bound = _find_strip(function, reason)
+    _require_integration()
+    for height in _STRIPS:
+        columns = math.ceil(math.pi / height)
+        boxes = [((2 * k + 1) * height / 2, height / 2, height / 2, height / 2) for k in range(2 * columns)]
+        bound = _bound_in(function, boxes)
+        if bound is not None:
+            return _equal_steps(function, height, bound)
+    return arc_means(function, arb(0), 2 * arb.pi(), reason)
+
+
+def _equal_steps(function: Function, height: float, bound: arb) -> tuple[arb, arb]:
+    """Mean of a function and of its square over a turn, in a strip of which it has a bound."""
     digits = _digits(bound, [function(arb(k)) for k in range(_SAMPLES)])
     count = math.ceil(digits / height) + 1
     values = [function(2 * arb.pi() * k / count) for k in range(count)]
@@ -59,6 +86,7 @@ def turn_means(function: Function, reason: str) -> tuple[arb, arb]:
 
 def arc_means(function: Function, start: arb, stop: arb, reason: str) -> tuple[arb, arb]:
     """Mean of a function and of its square over an arc."""
+    _require_integration()
     count = math.ceil(float(stop - start) / (2.0 * _LONGEST))
     half = (stop - start) / (2 * count)
     waiting = [(start + (2 * k + 1) * half, half) for k in range(count)]
@@ -67,7 +95,8 @@ def arc_means(function: Function, start: arb, stop: arb, reason: str) -> tuple[a
         middle, half = waiting.pop()
         bound = _bound_about(function, middle, half)
         if bound is None:
-            if float(half) < _SHORTEST:
+            count += 1
+            if float(half) < _SHORTEST or count > _MOST_PIECES:
                 raise UnprovedError(reason)
             waiting += [(middle - half / 2, half / 2), (middle + half / 2, half / 2)]
             continue
@@ -76,16 +105,22 @@ def arc_means(function: Function, start: arb, stop: arb, reason: str) -> tuple[a
     return 2 * total / (stop - start), 2 * square / (stop - start)
 
 
+def _require_integration() -> None:
+    if _is_left_out.get():
+        raise UnprovedError("integration is left out")
+
+
 def _piece_means(function: Function, middle: arb, half: arb, bound: arb) -> tuple[arb, arb]:
     """Mean of a function and of its square over a piece, in whose ellipse the function has a bound."""
     samples = [function(middle + half * (2 * k - _SAMPLES) / _SAMPLES) for k in range(_SAMPLES)]
-    order = math.ceil(_digits(bound, samples) / (2.0 * math.log(_SUM))) + 1
+    order = max(2, math.ceil(_digits(bound, samples) / (2.0 * math.log(_SUM))) + 1)
     mean = square = arb(0)
     for node, weight in _gauss_rule(order + 1, ctx.prec):
         value = function(middle + half * node)
-        mean, square = mean + weight * value / 2, square + weight * value * value / 2
+        weighted = weight * value
+        mean, square = mean + weighted, square + weighted * value
     missed = arb(32) / 15 * arb(_SUM) ** (-2 * order) / (1 - arb(_SUM) ** -2)
-    return mean + arb(0, (bound * missed).upper()), square + arb(0, (bound * bound * missed).upper())
+    return mean / 2 + arb(0, (bound * missed).upper()), square / 2 + arb(0, (bound * bound * missed).upper())
 
 
 @lru_cache
@@ -99,50 +134,47 @@ def _digits(bound: arb, values: list[arb]) -> float:
     """Natural logarithm of what errors of squares over the square of the bound must be below."""
     usual = max(abs(float(value.mid())) for value in values)
     loose = math.log(float(bound) / usual) if usual > 0.0 else 0.0
-    digits = 0.75 * float(ctx.prec)
+    digits = 0.6 * float(ctx.prec)
     return digits * math.log(2.0) + 2.0 * max(loose, 0.0)
 
 
 # bounds at complex angles
 
 
-def _find_strip(function: Function, reason: str) -> tuple[float, arb]:
-    """Half the height of a strip in which a function is analytic, and a bound of it there."""
-    height = _HIGHEST
-    while height > _LOWEST:
-        columns = math.ceil(math.pi / height)
-        boxes = [((2 * k + 1) * height / 2, height / 2, height / 2, height / 2) for k in range(2 * columns)]
-        bound = _bound_in(function, boxes)
-        if bound is not None:
-            return height, bound
-        height *= _LOWER
-    raise UnprovedError(reason)
-
-
 def _bound_about(function: Function, middle: arb, half: arb) -> arb | None:
-    """A bound of a function in the rectangle around the ellipse about a piece."""
-    length = float(half.upper()) * (1.0 + 1e-9)
-    across, up = 0.5 * length * (_SUM + 1.0 / _SUM), 0.5 * length * (_SUM - 1.0 / _SUM)
-    centre = float(middle.mid())
-    return _bound_in(function, [(centre, across + 1e-9 * (1.0 + abs(centre)), 0.5 * up, 0.5 * up)])
+    """A bound of a function in the ellipse about a piece."""
+    length, centre = float(half.upper()) * (1.0 + 1e-9), float(middle.mid())
+    across = 0.5 * length * (_SUM + 1.0 / _SUM) + _ROUNDING * (1.0 + abs(centre)) + float(middle.rad())
+    up, width = 0.5 * length * (_SUM - 1.0 / _SUM), across / _COLUMNS
+    boxes = [(centre - across + (2 * k + 1) * width, width, 0.5 * up, 0.5 * up) for k in range(_COLUMNS)]
+    return _bound_in(function, boxes, (centre, across, up))
 
 
-def _bound_in(function: Function, boxes: list[Box]) -> arb | None:
+def _bound_in(function: Function, boxes: list[Box], ellipse: tuple[float, float, float] | None = None) -> arb | None:
     """A bound of a function in boxes above the real angles, and in those below to which they are conjugate.
 
-    None if there is none, or none is found.
+    Of an ellipse, given by its centre and semi-axes, only boxes that reach into it count. None if there is no bound, or
+    none is found.
     """
-    waiting, bound, count = boxes, 0.0, 0
-    least = _NARROWEST * boxes[0][3] / 2.0
+    waiting, bound, count, least = list(boxes), 0.0, 0, _NARROWEST * boxes[0][3]
     while waiting:
         x, width, y, half = waiting.pop()
+        if ellipse and _is_outside(x, width, y, half, *ellipse):
+            continue
         count += 1
-        value = function(acb(arb(x, width + _OVERLAP), arb(y, half + _OVERLAP)))
+        across = width * (1.0 + _OVERLAP) + _ROUNDING * (1.0 + abs(x))
+        value = function(acb(arb(x, across), arb(y, half * (1.0 + _OVERLAP))))
         if value.is_finite():
             bound = max(bound, float(value.abs_upper().upper()))
-        elif half < least or count > _MOST_BOXES:
+        elif half < least or count + len(waiting) > _MOST_BOXES:
             return None
         else:
             width, half = width / 2, half / 2
             waiting += [(x + i * width, width, y + j * half, half) for i in (-1, 1) for j in (-1, 1)]
     return arb(bound) * (1 + arb(2.0**-50)) if math.isfinite(bound) else None
+
+
+def _is_outside(x: float, width: float, y: float, half: float, centre: float, across: float, up: float) -> bool:
+    """Whether a box is outside of an ellipse, for certain."""
+    near_x, near_y = max(abs(x - centre) - width, 0.0) / across, max(y - half, 0.0) / up
+    return near_x * near_x + near_y * near_y > 1.0 + 1e-6

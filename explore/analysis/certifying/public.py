@@ -65,11 +65,11 @@ def certify(
         raise RequestError('certificates need python-flint: pip install "linkage-explore[certify]"')
     import pandas as pd
 
+    from explore.analysis.certifying.certificate import require_table
     from explore.analysis.certifying.certification import certify_designs
-    from explore.analysis.certifying.registry import find_certificate
 
     source = results_of(results)
-    find_certificate(source.mechanism)  # before anything is read
+    require_table(request_of(source).mechanism)  # before anything is read
     frame = chosen_designs(source, designs)
     objectives, _ = choose_objectives(None, None, source.senses, rankable_names(source), source.objectives)
     if designs is None:

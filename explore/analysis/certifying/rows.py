@@ -103,12 +103,13 @@ def _check_metric(design: Design, metric: AnyMetric, row: Mapping[str, float], p
         proof.expect(stored == code, f"{metric.name} is {names[0]}, not {names[1]}")
         return
     if _is_number(metric.name, metric, design, row, proof):
-        _check_number(metric.name, stored, design, _Claim(metric, _error(metric, row)), proof)
+        _check_number(metric.name, stored, design, _Claim(metric, _error(metric, design, row)), proof)
 
 
-def _error(metric: AnyMetric, row: Mapping[str, float]) -> float:
-    """The error bound of a metric: that of the row, but closed forms are not sampled."""
-    return 0.0 if isinstance(metric, Metric) else float(row["error"])
+def _error(metric: AnyMetric, design: Design, row: Mapping[str, float]) -> float:
+    """The error bound of a metric: that of the row, but 0 of closed forms without anything that is solved for."""
+    is_exact = isinstance(metric, Metric) and design.request.mechanism.closed_error_row < 0
+    return 0.0 if is_exact else float(row["error"])
 
 
 def _is_number(name: str, metric: AnyMetric, design: Design, row: Mapping[str, float], proof: Proof) -> bool:
@@ -170,7 +171,9 @@ def _check_constraints(design: Design, row: Mapping[str, float], proof: Proof) -
         name = f"{metric.name}_margin"
         with _open_if_unproved(proof):
             if _is_number(name, metric, design, row, proof):
-                _check_number(name, float(row[name]), design, _Claim(metric, _error(metric, row), constraint), proof)
+                _check_number(
+                    name, float(row[name]), design, _Claim(metric, _error(metric, design, row), constraint), proof
+                )
         try:
             signs[metric.name] = _sign_of_margin(design, constraint)
         except UnprovedError as reason:

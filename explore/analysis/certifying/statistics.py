@@ -1,14 +1,9 @@
-"""Statistics of signals in ball arithmetic from their moments and extremes, and which stroke drives."""
+"""Statistics of signals in ball arithmetic from their moments and extremes."""
 
 from flint import arb
 
-from explore.analysis.certifying.balls import Enclosure, UndecidedError, UnprovedError
-from explore.evaluation.quadrature.windows import TIE
+from explore.analysis.certifying.balls import Enclosure, UndecidedError
 from explore.model.quantities import SampledMetric
-from explore.model.request import Request
-
-#: Relative rounding of the product of half-tangents by which the program tells the slow stroke.
-_ROUNDING = 4e-15
 
 
 def from_moments(statistic: str, mean: arb, square: arb, tolerance: float) -> Enclosure | None:
@@ -63,21 +58,3 @@ def time_ratio(stroke: arb) -> Enclosure:
     other = 2 * arb.pi() - stroke
     ratio = stroke.max(other) / stroke.min(other)
     return Enclosure(ratio, ratio * (1 + ratio) / 2)  # the intervals are as exact as a turn
-
-
-def stroke_of(request: Request, window: str, product: arb) -> str:
-    """Name of the stroke that a window is: a stroke, "drive", "return" or "clutch".
-
-    The product is above 1 where the first stroke is the longer one, as in `quadrature.windows.orient`.
-    """
-    first, second = request.mechanism.strokes
-    if window in (first, second):
-        return window
-    drive = request.drive
-    if drive in ("slow", "fast"):
-        excess = product - 1 - arb(TIE)
-        if not abs(excess) > _ROUNDING:
-            raise UnprovedError("both strokes take the same time but for rounding, so which of them is slow")
-        drive = first if (excess > 0) == (drive == "slow") else second
-    is_return = window == "return"
-    return drive if not is_return else second if drive == first else first

@@ -63,6 +63,48 @@ def over_cell(terms: Sequence[arb], half: arb) -> tuple[arb, arb, arb]:
     return value, slope, bend
 
 
+def sign_changes(function: Expandable, name: str, start: arb, stop: arb) -> list[tuple[arb, bool]]:
+    """Where the first function changes its sign in an arc, at whose ends it does not, and whether it rises there.
+
+    `UnprovedError` names the function where that is not decided.
+    """
+    waiting, count, found = cells_of(start, stop), 0, []
+    while waiting:
+        cell, count = waiting.pop(), count + 1
+        value, slope, _ = over_cell(function.series_over(cell.middle, cell.half)[0], cell.half)
+        if value > 0 or value < 0:
+            continue
+        rises = bool(slope > 0)
+        if rises or slope < 0:
+            low, high = (function.series(end)[0][0] for end in (cell.middle - cell.half, cell.middle + cell.half))
+            if (low < 0 and high > 0) or (low > 0 and high < 0):
+                found.append((_zero(function, cell, slope), rises))
+                continue
+            if (low < 0 and high < 0) or (low > 0 and high > 0):
+                continue
+        if count > MOST_CELLS:
+            raise UnprovedError(f"where {name} is 0 is not decided by {MOST_CELLS} cells")
+        waiting += cell.halves()
+    return found
+
+
+def _zero(function: Expandable, cell: Cell, slope: arb) -> arb:
+    """The zero in a cell in which a function has a slope, by Newton's method on intervals, else by bisection."""
+    place = cell.middle + arb(0, cell.half.upper())
+    for _ in range(ctx.prec):
+        middle = place.mid()
+        value = function.series(middle)[0][0]
+        better = place.intersection(middle - value / slope)
+        if not better.rad() < place.rad() / 2:
+            if value.contains(0):
+                return better
+            is_above = bool(value > 0) == bool(slope > 0)
+            better = middle.union(place.lower() if is_above else place.upper())
+        place = better
+        slope = slope.intersection(function.series(place)[0][1])
+    return place
+
+
 def extremes_by_subdivision(
     function: Expandable, name: str, start: arb, stop: arb, *, is_turn: bool
 ) -> tuple[arb, arb]:

@@ -16,8 +16,8 @@ from explore.analysis.tolerancing.derivatives import contributions
 from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.analysis.tolerancing.runs import ToleranceRun, write_toleranced
 from explore.analysis.tolerancing.spreads import CHUNK, chunk_deviations
-from explore.base.errors import RequestError
 from explore.base.units.shown import PLAIN, Scale, ShownUnits, in_units
+from explore.mechanisms.linkages.declared import table_of
 from explore.mechanisms.linkages.table import PREFIX
 from explore.model.columns import Column
 from explore.model.request import Objective
@@ -224,16 +224,12 @@ class TolerancePlan:
 
     def _sharpened(self, analyses: Sequence[Analysis]) -> list[Analysis]:
         """The analyses with exact derivatives, where there is a rigorous road to them."""
-        from explore.analysis.certifying.integration import integration_left_out
-        from explore.analysis.certifying.registry import find_certificate
+        from explore.analysis.certifying.means import integration_left_out
         from explore.analysis.tolerancing.slopes import sharpen
 
         request = self.run.request
-        if request.request.mechanism.name.startswith(PREFIX):  # enclosures of tables take up to seconds
-            return list(analyses)
-        try:
-            find_certificate(request.request.mechanism.name)
-        except RequestError:
+        mechanism = request.request.mechanism
+        if table_of(mechanism) is None or mechanism.name.startswith(PREFIX):  # enclosures of tables take up to seconds
             return list(analyses)
         with nullcontext() if len(analyses) <= MOST_INTEGRATED else integration_left_out():
             return [

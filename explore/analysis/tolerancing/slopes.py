@@ -14,7 +14,6 @@ from flint import fmpq
 
 from explore.analysis.certifying.balls import UnprovedError, exact, with_more_bits
 from explore.analysis.certifying.designs import Design
-from explore.analysis.certifying.registry import find_certificate
 from explore.analysis.tolerancing.derivatives import Derivatives, parameter_scale
 from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.model.quantities import AnyMetric
@@ -30,19 +29,16 @@ _FOLD = 2.0**-20
 
 
 def sharpen(derivatives: Derivatives, request: TolerancedRequest, nominal: Mapping[str, float]) -> Derivatives:
-    """The derivatives, exact where the metric can be enclosed.
-
-    Raises `RequestError` if designs of the mechanism cannot be certified.
-    """
-    make, free = find_certificate(request.request.mechanism.name), request.exact.request
+    """The derivatives, exact where the metric can be enclosed; the mechanism has a table."""
+    free = request.exact.request
     defaults = {p.name: float("nan" if p.default is None else p.default) for p in free.mechanism.parameters}
     complete = defaults | dict(nominal)
-    centre = Design(make, complete, free)
+    centre = Design(complete, free)
     stencils = []
     for tolerance in request.tolerances:
         name = tolerance.parameter
         step = exact(parameter_scale(free.mechanism, nominal, name)) * _STEP
-        before, after = (Design(make, {**complete, name: exact(complete[name]) + move}, free) for move in (-step, step))
+        before, after = (Design({**complete, name: exact(complete[name]) + move}, free) for move in (-step, step))
         stencils.append((step, [before, centre, after]))
     slopes, errors = dict(derivatives.slopes), dict(derivatives.errors)
     for metric in free.metrics:

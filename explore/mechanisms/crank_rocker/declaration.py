@@ -6,6 +6,7 @@ from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, r
 from explore.mechanisms.crank_rocker import extended, kernel
 from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, FIRST_POINT, POINTS, ExtendedRow, Row
 from explore.mechanisms.crank_rocker.second_differences import SECOND_DIFFERENCES
+from explore.mechanisms.four_bar_exact import exact_four_bar
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
@@ -187,6 +188,7 @@ _EXTENDED = Mechanism(
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
     kernel_version="8",
     table=_TABLE,
+    exact=exact_four_bar,
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=EXTENDED_SIGNAL_ROWS,

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
+from explore.mechanisms.four_bar_exact import exact_four_bar
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
@@ -98,6 +99,7 @@ _EXTENDED = Mechanism(
     objectives=("pin_force_peak", "velocity_thd", "size"),
     kernel_version="4",
     table=four_bar_table(),
+    exact=exact_four_bar,
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=columns.EXTENDED_SIGNAL_ROWS,

@@ -9,6 +9,7 @@ from explore.mechanisms.linkages.motions import declare_targets_of_link
 from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
+from explore.mechanisms.slider_crank.exact import exact_slider_crank
 from explore.mechanisms.slider_crank.table import TABLE
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
@@ -178,6 +179,7 @@ _EXTENDED = Mechanism(
     objectives=("cv", "slider_acceleration_peak", "pressure_angle_max"),
     kernel_version="6",
     table=TABLE,
+    exact=exact_slider_crank,
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
     signal_rows=columns.EXTENDED_SIGNAL_ROWS,

@@ -1,0 +1,143 @@
+"""The graph of a linkage in balls: numbers of it at input angles that are real, complex, or power series.
+
+The numbers of a table become inputs before the graph is traced, so that no operation on them is folded to a double.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+from flint import acb, arb, arb_series
+
+from explore.analysis.certifying.ball_programs import TERMS, Program, coefficients
+from explore.analysis.certifying.balls import UnprovedError
+from explore.mechanisms.linkages.coordinate import Coordinate
+from explore.mechanisms.linkages.equations import Equations
+from explore.mechanisms.linkages.graph import Number
+from explore.mechanisms.linkages.quantity import Quantity
+from explore.mechanisms.linkages.signals import find_quantities
+from explore.mechanisms.linkages.steps import find_steps
+from explore.mechanisms.linkages.table import LinkageTable
+
+#: Beginning of the names of inputs that are numbers.
+_NUMBER = "="
+#: Largest number of tables whose graphs are kept.
+_MOST_KEPT = 16
+
+
+@lru_cache(_MOST_KEPT)
+def trace(table: LinkageTable) -> TracedTable:
+    """The graph of a linkage."""
+    equations = Equations(_with_inputs(table), find_steps(table))
+    return TracedTable(equations, {each.signal.name: each for each in find_quantities(equations)}, {})
+
+
+def _with_inputs(value: Any) -> Any:
+    """The same parts of a table with an input in place of each number; zeros stay, which equations look for."""
+    if isinstance(value, Coordinate):
+        names, steps = list(value.names), []
+        for operation, operand in value.steps:
+            if operation == "number" and operand != 0.0:
+                name = f"{_NUMBER}{operand!r}"
+                names += [] if name in names else [name]
+                steps.append(("input", float(names.index(name))))
+            else:
+                steps.append((operation, operand))
+        return Coordinate(tuple(names), tuple(steps))
+    if isinstance(value, tuple):
+        return tuple(map(_with_inputs, value))
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{each.name: _with_inputs(getattr(value, each.name)) for each in fields(value)})
+    return value
+
+
+@dataclass(frozen=True)
+class TracedTable:
+    """The equations of a linkage, its signals by name, and programs of its graph."""
+
+    equations: Equations
+    quantities: dict[str, Quantity]
+    programs: dict[tuple[int, ...], Program]
+
+    def program(self, numbers: Sequence[Number]) -> Program:
+        """The program of some numbers."""
+        outputs = tuple(number.index for number in numbers)
+        if outputs not in self.programs:
+            self.programs[outputs] = Program(self.equations.graph, outputs)
+        return self.programs[outputs]
+
+
+class BallGraph:
+    """The graph of a linkage of exact parameters, at the precision that is set."""
+
+    def __init__(self, table: LinkageTable, parameters: Mapping[str, Any]) -> None:
+        self._traced, self._parameters = trace(table), parameters
+        self.equations, self.quantities = self._traced.equations, self._traced.quantities
+
+    def function(self, numbers: Sequence[Number], references: Mapping[str, arb] | None = None) -> Function:
+        """Numbers as a function of the input angle; `references` are inputs that do not depend on it."""
+        program = self._traced.program(numbers)
+        missing = [name for name in program.references if name not in (references or {})]
+        if missing:
+            raise UnprovedError(f"what depends on {missing[0]} cannot be certified: no enclosure is implemented")
+        given = [references[name] for name in program.references] if references else []
+        parameters = [
+            arb(float(name[1:]) if name[0] == _NUMBER else self._parameters[name]) for name in program.parameters
+        ]
+        return Function(program, (*given, *program.of_design(*parameters)))
+
+    def place_of_frame(self, point: str) -> Sequence[arb]:
+        """The coordinates of a point that does not move, mm."""
+        return self.function([part.terms[0] for part in self.equations.points[point]]).at(arb(0))
+
+
+@dataclass(frozen=True)
+class Function:
+    """Numbers of a graph as a function of the input angle.
+
+    Attributes
+    ----------
+    program
+        The operations.
+    known
+        Numbers that do not depend on the angle.
+    """
+
+    program: Program
+    known: tuple[arb, ...]
+
+    def at(self, angle: arb | acb) -> Sequence[Any]:
+        """The numbers at an angle, rad; no finite ones where they are undefined or, in a box, not analytic."""
+        sine, cosine = angle.sin_cos()
+        if isinstance(angle, acb):
+            return self.program.of_boxes(cosine, sine, *(angle / 2).sin_cos(), *self.known)
+        return self.program.of_numbers(cosine, sine, *self.known)
+
+    def value(self, angle: Any) -> Any:
+        """The first number at an angle."""
+        return self.at(angle)[0]
+
+    def series(self, angle: arb) -> list[list[arb]]:
+        """Taylor coefficients of each number about an angle."""
+        return [coefficients(value) for value in self.program.of_series(*_cosine_and_sine(angle), *self.known)]
+
+    def series_over(self, middle: arb, half: arb) -> list[list[arb]]:
+        """Taylor coefficients of each number about an angle; the last one is that about all angles near it."""
+        offset = arb(0, half.upper())
+        inputs = (*_cosine_and_sine(middle), *_cosine_and_sine(middle + offset))
+        return [
+            [*coefficients(about_middle)[:-1], coefficients(over)[-1]]
+            for about_middle, over in self.program.of_cells(offset, *inputs, *self.known)
+        ]
+
+
+def _cosine_and_sine(angle: arb) -> tuple[arb_series, arb_series]:
+    """Cosine and sine as power series about an angle."""
+    s, c = angle.sin_cos()
+    return (
+        arb_series([c, -s, -c / 2, s / 6, c / 24][:TERMS], TERMS),
+        arb_series([s, c, -s / 2, -c / 6, s / 24][:TERMS], TERMS),
+    )

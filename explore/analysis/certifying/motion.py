@@ -1,0 +1,208 @@
+"""The motion of one design in balls: its status, windows, and extremes and means of its signals."""
+
+import math
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import cast
+
+from flint import arb, fmpq
+
+from explore.analysis.certifying.arcs import Arc, angle_of_mark, driven_arc, extremes, full_turn, interval, window_arc
+from explore.analysis.certifying.ball_graph import BallGraph, Function
+from explore.analysis.certifying.balls import UnprovedError, exact
+from explore.analysis.certifying.means import arc_means, turn_means
+from explore.analysis.certifying.subdivision import extremes_by_subdivision, sign_changes
+from explore.analysis.certifying.turning import Turning
+from explore.mechanisms.linkages.declared import table_of
+from explore.mechanisms.linkages.graph import Number
+from explore.mechanisms.linkages.quantity import Quantity
+from explore.mechanisms.linkages.statuses import NO_STROKES
+from explore.mechanisms.linkages.table import LinkageTable
+from explore.mechanisms.linkages.trace import REFERENCE
+from explore.model.exact import ExactDesign
+from explore.model.quantities import Signal
+from explore.model.request import Request
+from explore.model.status import Status
+from explore.model.window import Window
+
+#: Ending of the names of the signals of tables that are angles of transmission.
+_TRANSMISSION = "transmission_angle"
+
+
+class Motion:
+    """The motion of a design, at the precision that is set when it is made and used; signals are for unit speed in rad.
+
+    Attributes
+    ----------
+    table
+        The linkage.
+    graph
+        Its graph.
+    exact
+        What its mechanism knows of it without rounding; None for nothing.
+    """
+
+    def __init__(self, parameters: Mapping[str, float | fmpq], request: Request) -> None:
+        self._parameters, self._request, self._mechanism = parameters, request, request.mechanism
+        self.table = cast(LinkageTable, table_of(self._mechanism))  # `certificate.require_table`
+        self.graph = BallGraph(self.table, parameters)
+        self.exact: ExactDesign | None = None
+        if self._mechanism.exact is not None:
+            self.exact = self._mechanism.exact({p: exact(parameters[p]) for p in self.table.moving_names})
+        self._extremes: dict[tuple[str, Window], tuple[arb, arb]] = {}
+        self._moments: dict[tuple[str, Window, bool], tuple[arb, arb]] = {}
+
+    @cached_property
+    def _turning(self) -> Turning:
+        window = self._request.interval or self._mechanism.whole_motion
+        return Turning(self.graph, None if window.kind == "turn" else interval(window))
+
+    @cached_property
+    def status(self) -> int:
+        """The status by signs of what is exact, or of balls."""
+        if self.exact is None:
+            status = self._turning.status
+            lacks_strokes = status == Status.OK and self._request.needs_stroke and len(self._reversals) != 2
+            return NO_STROKES if lacks_strokes else status
+        own = self._mechanism.statuses.get(self.exact.status)
+        computes = own is not None and own.lacks_strokes and not self._request.needs_stroke
+        return int(Status.OK) if computes else self.exact.status
+
+    # marks and windows
+
+    @cached_property
+    def _reversals(self) -> list[tuple[arb, bool]]:
+        """Where the output turns back, and whether forwards then."""
+        rate, turn = self._mechanism.signal(self._mechanism.output_signals[""]), full_turn()
+        return sign_changes(self.function(self.quantity(rate)), rate.name, turn.start, turn.stop)
+
+    @cached_property
+    def marks(self) -> dict[str, arb]:
+        """Input angles of the marks, rad."""
+        if self.exact is not None:
+            return {name: angle_of_mark(mark) for name, mark in self.exact.marks.items()}
+        return {"least" if rises else "greatest": angle for angle, rises in self._reversals}
+
+    def _arc(self, window: Window) -> Arc:
+        if window.kind == "turn":
+            return full_turn()
+        return interval(window) if window.kind == "interval" else window_arc(self._request, window, self.marks)
+
+    # signals
+
+    def quantity(self, signal: Signal) -> Quantity:
+        """The number of the graph that a signal is."""
+        for name in (signal.name, signal.shares_row_with):
+            if name in self.graph.quantities:
+                return self.graph.quantities[name]
+        if signal.name == _TRANSMISSION and len(self.transmissions) == 1:
+            return self.transmissions[0]
+        raise UnprovedError(f"{signal.name} cannot be certified: no enclosure is implemented")
+
+    @property
+    def transmissions(self) -> list[Quantity]:
+        """The angles of transmission of all joints."""
+        return [each for name, each in self.graph.quantities.items() if name.endswith(_TRANSMISSION)]
+
+    def function(self, quantity: Quantity, number: Number | None = None) -> Function:
+        """A signal, or a number of its, as a function of the input angle."""
+        inputs: dict[str, arb] = {}
+        for link in quantity.links:
+            middle = arb(0 if self.exact else self._turning.middle_of(link))
+            parts = (middle, middle.cos(), middle.sin())
+            inputs |= {f"{REFERENCE}{link}:{part}": value for part, value in enumerate(parts)}
+        return self.graph.function([quantity.number if number is None else number], inputs)
+
+    def _part(self, window: Window) -> Arc:
+        """The input angles of a window at which this linkage moves the output."""
+        return self._driven if window.kind == "clutch" else self._arc(window)
+
+    # extremes and means
+
+    def low_and_high(self, signal: Signal, window: Window) -> tuple[arb, arb]:
+        """Smallest and largest value of a signal over a window."""
+        key = signal.name, window
+        if key not in self._extremes:
+            self._extremes[key] = self._find_extremes(signal, window)
+        return self._extremes[key]
+
+    def _find_extremes(self, signal: Signal, window: Window) -> tuple[arb, arb]:
+        quantity, arc = self.quantity(signal), self._part(window)
+        function = self.function(quantity)
+        if signal.extremes_at and window.kind != "clutch":
+            return self._extremes_between(signal, arc, function)
+        low, high = extremes_by_subdivision(function, signal.name, arc.start, arc.stop, is_turn=arc.is_turn)
+        if window.kind == "clutch":
+            least = arb(0) if arc.length < self._period else abs(function.value(arc.start))
+            return least, abs(low).max(abs(high))
+        if quantity.signal.is_magnitude:
+            return low.nonnegative_part().sqrt(), high.nonnegative_part().sqrt()
+        return low, high
+
+    def _extremes_between(self, signal: Signal, arc: Arc, function: Function) -> tuple[arb, arb]:
+        """Extremes of a signal that is monotonic between places which its declaration names."""
+        places = [self._place(name) for name in signal.extremes_at]
+        values = [function.value(place) for place in places]
+        if arc.is_turn:
+            return values[0].min(values[1]), values[0].max(values[1])
+        return extremes([function.value(end) for end in (arc.start, arc.stop)], arc, zip(places, values, strict=True))
+
+    def _place(self, name: str) -> arb:
+        """The input angle of a mark, of the anchor, or of its opposite, rad."""
+        if name not in ("anchor", "opposite"):
+            return self.marks[name]
+        quarters = round(self._mechanism.anchor_angle / (0.5 * math.pi)) + 2 * (name == "opposite")
+        return quarters * arb.pi() / 2
+
+    def mean_and_square(self, signal: Signal, window: Window, *, needs_mean: bool) -> tuple[arb, arb]:
+        """Mean of a signal and of its square over a window; only a magnitude's mean can be left out."""
+        quantity = self.quantity(signal)
+        is_magnitude = quantity.signal.is_magnitude
+        key = signal.name, window, needs_mean or not is_magnitude
+        if key not in self._moments:
+            antiderivative = self.exact.squares.get(quantity.signal.name) if self.exact else None
+            if antiderivative and window.kind not in ("turn", "clutch"):
+                moments = self._closed_means(quantity, self._arc(window), antiderivative)
+            else:
+                moments = self._means(quantity, window)
+            if is_magnitude:
+                root = self._means(quantity, window, quantity.number.sqrt())[0] if needs_mean else arb(0)
+                moments = root, moments[0]
+            self._moments[key] = moments
+        return self._moments[key]
+
+    def _closed_means(self, quantity: Quantity, arc: Arc, antiderivative: Callable[..., arb]) -> tuple[arb, arb]:
+        """Mean of a signal by the change of the one that it is the derivative of, and of its square."""
+        below = self._mechanism.signal(self._mechanism.signal(quantity.signal.name).derivative_of)
+        first, last = map(self.function(self.quantity(below)).value, (arc.start, arc.stop))
+        first_square, last_square = (antiderivative(end, end.cos(), end.sin()) for end in (arc.start, arc.stop))
+        return (last - first) / arc.length, (last_square - first_square) / arc.length
+
+    def _means(self, quantity: Quantity, window: Window, number: Number | None = None) -> tuple[arb, arb]:
+        """Means of a number and of its square; behind clutches it is the size of the output."""
+        reason = f"{quantity.signal.name} is too close to a singularity for a proof of its mean"
+        arc, function = self._part(window), self.function(quantity, number)
+        if arc.is_turn:
+            return turn_means(function.value, reason)
+        mean, square = arc_means(function.value, arc.start, arc.stop, reason)
+        if window.kind == "clutch":
+            share = arc.length / self._period
+            return abs(mean) * share, square * share
+        return mean, square
+
+    # several linkages behind clutches
+
+    @cached_property
+    def _period(self) -> arb:
+        """The angle between the linkages that share an output, rad."""
+        shared = next(p for p in self._mechanism.parameters if "clutch" in p.only_in)
+        return 2 * arb.pi() / arb(exact(self._parameters[shared.name]))
+
+    @cached_property
+    def _driven(self) -> Arc:
+        """The part of the drive stroke in which one linkage drives the output."""
+        clutch = next(window for window in self._mechanism.windows if window.kind == "clutch")
+        rate = self._mechanism.signal(self._mechanism.output_signals[""])
+        change = cast(Signal, self._mechanism.derivative(rate))  # every declaration with clutches has one
+        rates = [self.function(self.quantity(signal)) for signal in (rate, change)]
+        return driven_arc(rates[0], rates[1], self._arc(clutch), self._period)
