@@ -12,6 +12,8 @@ import pytest
 from explore.base.compiling import LANES, compiled
 from explore.base.subroutines import subroutine
 from explore.figures.reporting.javascript import TranslationError, _Program, translate
+from explore.mechanisms.linkages import page_code
+from explore.mechanisms.linkages.programs import Program
 from explore.mechanisms.registry import MECHANISMS
 
 TABLE = (0.5, -2.0)
@@ -92,6 +94,14 @@ def test_all_mechanisms_have_a_translation():
         text = translate(close=mechanism.close, fill=mechanism.fill)
         assert "undefined" not in text
         assert text.count("{") == text.count("}")
+
+
+def test_literals_of_tables_may_be_infinite():
+    literals = {0: math.inf, 1: -math.inf, 2: math.nan, 3: -0.5}
+    program = Program("x", (), literals, {}, tuple((k, k) for k in literals), {})
+    lines = page_code.node_function(program, str).splitlines()
+    words = ("Infinity", "(-Infinity)", "NaN", "(-0.5)")
+    assert lines[-5:-1] == [f"written[{k}] = {word};" for k, word in enumerate(words)]
 
 
 def test_functions_of_one_name_have_names_of_their_own():

@@ -272,6 +272,17 @@ def test_an_analysis_that_was_killed_is_finished(folder, robustness, tmp_path, m
             assert getattr(found, table).equals(getattr(robustness, table))
 
 
+def test_a_finished_file_is_told_so_and_units_stay_at_80_columns(folder, robustness, tmp_path):
+    design, path = str(robustness.designs.index[0]), tmp_path / "one.h5"
+    command = ["tolerance", str(folder / "study.h5"), "--design", design, "--draws", "1024", "-o", str(path)]
+    code, out, err = call(*command)
+    assert (code, err.splitlines()[-1]) == (0, f"wrote {path}")
+    assert "1 column left out: mean; --json prints all" in out
+    assert ["metric", "unit", "nominal", "std", "lowest", "highest"] in [line.split() for line in out.splitlines()]
+    code, _, err = call(*command)
+    assert (code, err.splitlines()[-1]) == (0, f"{path} is complete already: 1 designs")
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [

@@ -196,16 +196,18 @@ def identity_attributes(content: Mapping[str, Any]) -> dict[str, Attribute]:
 
 def write_at_once(
     path: Path, columns: Sequence[Column], arrays: Arrays, attributes: Mapping[str, Attribute], *, restart: bool
-) -> None:
+) -> bool:
     """Write designs whose columns are known, all but the index, as a results file; one that has them is left as it is.
 
-    Designs are numbered from 0.
+    Designs are numbered from 0. Return whether any were written.
     """
     count = len(next(iter(arrays.values())))
     with AllDesignsWriter(path, tuple(columns), count, BLOCK_SIZE, attributes, restart=restart) as writer:
-        for number in writer.pending:
+        pending = list(writer.pending)
+        for number in pending:
             rows = slice(number * BLOCK_SIZE, (number + 1) * BLOCK_SIZE)
             writer.commit(number, {name: values[rows] for name, values in arrays.items()})
+    return bool(pending)
 
 
 def study_attributes(study: Study) -> dict[str, Attribute]:

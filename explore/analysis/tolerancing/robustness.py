@@ -237,9 +237,9 @@ class TolerancePlan:
                 for analysis, design in zip(analyses, self.run.designs, strict=True)
             ]
 
-    def write(self, robustness: Robustness, path: Path, *, restart: bool) -> None:
-        """Write the designs as a results file."""
-        write_toleranced(path, self.source, robustness.designs, self.added, self.attributes, restart=restart)
+    def write(self, robustness: Robustness, path: Path, *, restart: bool) -> bool:
+        """Write the designs as a results file; return whether it was not complete already."""
+        return write_toleranced(path, self.source, robustness.designs, self.added, self.attributes, restart=restart)
 
 
 def _added_row(request: TolerancedRequest, analysis: Analysis) -> dict[str, float]:

@@ -176,8 +176,8 @@ def write_toleranced(
     attributes: Mapping[str, object],
     *,
     restart: bool,
-) -> None:
-    """Write designs with their tolerances as a results file, whose designs are numbered from 0.
+) -> bool:
+    """Write designs with their tolerances as a results file, whose designs are numbered from 0; see `write_at_once`.
 
     The column ``parent`` has their numbers in the source. The attributes are "senses", "objectives", and "tolerances":
     what determines the columns that were added.
@@ -188,7 +188,7 @@ def write_toleranced(
     arrays = {c.name: np.ascontiguousarray(frame[c.name], dtype=c.dtype) for c in columns[1:-1]}
     arrays[PARENT] = frame.index.to_numpy().astype("<i8")
     stored = _attributes(source, arrays, attributes)
-    write_at_once(path, columns, arrays, stored, restart=restart)
+    return write_at_once(path, columns, arrays, stored, restart=restart)
 
 
 def is_continued(path: Path, source: Results, attributes: Mapping[str, object]) -> bool:

@@ -93,8 +93,8 @@ def tolerance(
         _print_front(shown, explore.rank(robustness.designs).index, source)
     for target in output or []:
         if target.suffix.lower() == _RESULTS_ENDING:
-            plan.write(robustness, target, restart=restart)
-            say(f"wrote {target}")
+            is_new = plan.write(robustness, target, restart=restart)
+            say(f"wrote {target}" if is_new else f"{target} is complete already: {len(robustness.designs):,} designs")
         else:
             table = with_units(with_labels(shown.designs, source.columns), scales)
             write_output(target, table, shown.designs.attrs["units"], "tolerance", shown)
@@ -158,8 +158,7 @@ def _print_design(robustness: Robustness, scales: Mapping[str, Scale]) -> None:
     ]  # fmt: skip
     caption = "lowest and highest over the box of the tolerances; * found by a search, not at a corner"
     named = headings(scales, metrics)
-    droppable = [] if named else ["unit"]
-    print_table("metrics of parts", columns, rows, caption, droppable=droppable, hint="--json prints all")
+    print_table("metrics of parts", columns, rows, caption, droppable=["mean", "unit"], hint="--json prints all")
     for column, title, scale, digits in (
         ("share", "share of the variance to first order, %", 100.0, 3),
         ("derivative", f"first derivatives, in the unit of the metric per {_unit_of(robustness, scales)}", 1.0, 6),

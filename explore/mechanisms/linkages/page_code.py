@@ -50,13 +50,19 @@ def close_function(name: str, called: str, sizes: Sizes, blocked: Sequence[float
 
 def _lines(program: Program, word_of: WordOf) -> Iterator[str]:
     texts = {k: f"read[{row}]" for k, row in program.reads.items()}
-    texts |= {k: f"({value!r})" if math.isfinite(value) else "NaN" for k, value in program.literals.items()}
+    texts |= {k: _literal(value) for k, value in program.literals.items()}
     for operation in program.operations:
         k = operation.result
         texts[k] = f"t{k}" if k >= 0 else f"a{~k}"
         yield f"const {texts[k]} = {_expression(operation, [texts[each] for each in operation.operands], word_of)};"
     for row, k in program.writes:
         yield f"written[{row}] = {texts[k]};"
+
+
+def _literal(value: float) -> str:
+    if math.isinf(value):
+        return "Infinity" if value > 0.0 else "(-Infinity)"
+    return f"({value!r})" if math.isfinite(value) else "NaN"
 
 
 def _expression(operation: Operation, parts: list[str], word_of: WordOf) -> str:

@@ -37,7 +37,7 @@ _ABOUT_SHAPES = {
 
 @keep_last
 def measure_paths(motion: Motion, target: PathTarget, table: FloatArray) -> Measures:
-    """Measures, shape (n, N_MEASURES), and crank angles of designs: inputs of the motion, then poses."""
+    """Measures, shape (n, N_MEASURES), crank angles, and shapes with poses, of inputs of the motion with poses."""
     points, weights, given = _arrays(target)
     curve, designs = motion.function(), np.hstack(shapes_and_rest(motion, table))
     found = np.empty((len(designs), N_MEASURES)), np.empty((len(designs), len(points)))
@@ -45,14 +45,14 @@ def measure_paths(motion: Motion, target: PathTarget, table: FloatArray) -> Meas
         measure_timed(curve, designs, points, weights, given, target.angles_from == "free", *found)
     else:
         measure_ordered(curve, designs, points, weights, target.closed, _rays(), *found)
-    return found
+    return *found, designs
 
 
 @keep_last
 def _measure_traced(motion: Motion, target: PathTarget, table: FloatArray) -> Measures:
     """Measures of the curves that designs trace against the polygon of a target, shape (n, N_SHAPES), and angles."""
-    angles = measure_paths(motion, target, tuple(table.T))[1]
-    found, designs = np.empty((len(angles), N_SHAPES)), np.hstack(shapes_and_rest(motion, table))
+    _, angles, designs = measure_paths(motion, target, tuple(table.T))
+    found = np.empty((len(angles), N_SHAPES))
     measure_shapes(motion.function(), designs, _arrays(target)[0], target.closed, angles, found)
     return found, angles
 
