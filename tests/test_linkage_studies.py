@@ -13,6 +13,7 @@ from command_line import run
 
 import explore
 from explore.base.errors import ConfigError, RequestError, ResultsError
+from explore.figures.charts.mechanism import mechanism_chart
 from explore.results.store.recorded_study import RecordedStudy
 from explore.service.inlined_points import with_points
 from explore.service.job_files import read_job_file
@@ -116,6 +117,11 @@ def test_linkages_in_python(folder):
         assert explore.load_study(folder / "same.toml") == study
     assert repr(linkage) == "Linkage(links=['crank', 'rod'], points=['O', 'A', 'B'], parameters=['r', 'l', 'e'])"
     assert "B = &quot;far&quot;" in linkage._repr_html_()
+
+
+def test_paths_that_look_alike_are_named_together(results):
+    (legend,) = mechanism_chart(results).legends
+    assert legend.get_texts()[0].get_text() == "paths of A, B"
 
 
 def test_a_linkage_stands_for_the_name_of_a_mechanism(tmp_path):

@@ -70,9 +70,14 @@ def draw_mechanism(panel: Axes, simulated: SimulatedDesign) -> None:
     turn = simulated.pose()
     points = turn.points(drawing)
     lines = cycle(_POINT_LINES)
+    joints = [path for path in drawing.paths if path.role == "joint"]
     for path in drawing.paths:
         line: dict[str, Any] = {"ls": next(lines)} if path.role == "point" else {}
-        panel.plot(*points[path.point].T, **_PATHS[path.role], **line, label=path.long_name)
+        label = path.long_name
+        if len(joints) > 1 and path in joints:  # all look alike
+            names = ", ".join(each.long_name.removeprefix("path of ") for each in joints)
+            label = f"paths of {names}" if path is joints[0] else "_"
+        panel.plot(*points[path.point].T, **_PATHS[path.role], **line, label=label)
     if simulated.drive is not None and drawing.stroke_point:
         _draw_stroke(panel, simulated, drawing.stroke_point, simulated.drive, "input on the drive stroke")
     if simulated.slider is not None:
