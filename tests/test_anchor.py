@@ -70,7 +70,7 @@ def test_laws_shift_with_the_anchor():
     angles = np.linspace(-7.0, 7.0, 301)
     laws = find_laws(RIG, constants, angles)
     assert set(laws) == {0, 1}
-    shifted = replace(RIG, anchor_angle=ANCHOR, extended=replace(RIG.extended, anchor_angle=ANCHOR))
+    shifted = replace(RIG, anchor_angle=ANCHOR)
     assert (find_laws(shifted, constants, angles + ANCHOR) == laws).all()
 
 

@@ -23,6 +23,11 @@ from explore.mechanisms.linkages import declaration, native_code
 from explore.mechanisms.registry import MECHANISMS
 from explore.studies.request import requests
 
+#: A slider-crank under load with two points of its rod.
+LOADED_SLIDER = {
+    "crank": 100.0, "rod": 300.0, "offset": 40.0, "speed": 3.0, "mass": 2.0, "opposing_force": 50.0,
+    "knife_along": 120.0, "knife_across": 40.0, "tip_along": -30.0, "tip_across": 5.0,
+}  # fmt: skip
 #: A function in LLVM's language that gives a number.
 TEXT = "define double @number() {{\n  ret double {}.0\n}}\n"
 
@@ -165,16 +170,17 @@ def test_functions_of_expressions_are_those_of_python():
 
 @pytest.mark.parametrize("anchor", [0, 1])
 @pytest.mark.parametrize(
-    ("linkage", "values"),
+    ("mechanism", "values"),
     [
-        (linkage_of(CASES["watt-2"]), values_of(CASES["watt-2"])),
-        (explore.Linkage(ALL_FUNCTIONS), LENGTHS),
-        (loaded_shaper(), values_of(CASES["crank-shaper"]) | AMOUNTS),
-        (curved_shaper(), values_of(CASES["crank-shaper"]) | AMOUNTS),
+        (linkage_of(CASES["watt-2"]).mechanism, values_of(CASES["watt-2"])),
+        (explore.Linkage(ALL_FUNCTIONS).mechanism, LENGTHS),
+        (loaded_shaper().mechanism, values_of(CASES["crank-shaper"]) | AMOUNTS),
+        (curved_shaper().mechanism, values_of(CASES["crank-shaper"]) | AMOUNTS),
+        (MECHANISMS["slider-crank"].with_points(("knife", "tip")).extended, LOADED_SLIDER),
     ],
-    ids=["watt-2", "all-functions", "loads", "curves"],
+    ids=["watt-2", "all-functions", "loads", "curves", "points"],
 )
-def test_a_page_computes_the_same_motion(tmp_path, linkage, values, anchor):
+def test_a_page_computes_the_same_motion(tmp_path, mechanism, values, anchor):
     """By close and fill in JavaScript, in Node.js, to the last bits: the order of sums may differ.
 
     The number of the law is that of the anchor.
@@ -182,12 +188,12 @@ def test_a_page_computes_the_same_motion(tmp_path, linkage, values, anchor):
     node = shutil.which("node")
     if node is None:
         pytest.skip("node is not installed")
-    mechanism = linkage.mechanism
+    needs = int(np.bitwise_or.reduce([signal.needs for signal in mechanism.signals]))
     designs = np.array([[values.get(p.name, p.default)] for p in mechanism.kernel_parameters])
     expected = np.zeros((mechanism.signal_rows, 1))
     fill_motion_of_design(
         mechanism.fill, np.ascontiguousarray(mechanism.constants(designs)[:, 0]), np.array([anchor]),
-        np.array([anchor]), np.array([0.3]), 0, 1, mechanism.signal_rows, expected,
+        np.array([anchor]), np.array([0.3]), 0, needs, mechanism.signal_rows, expected,
     )  # fmt: skip
     script = textwrap.dedent(f"""
         const f = {translate(close=mechanism.close, fill=mechanism.fill)};
@@ -195,7 +201,7 @@ def test_a_page_computes_the_same_motion(tmp_path, linkage, values, anchor):
         record.set({designs[:, 0].tolist()}, {mechanism.first_parameter});
         f.close(record);
         const out = new Float64Array({mechanism.signal_rows});
-        f.fill(record, new Float64Array([0.3]), {anchor}, {anchor}, 0, 1, 1, out);
+        f.fill(record, new Float64Array([0.3]), {anchor}, {anchor}, 0, 1, {needs}, out);
         console.log([record[{mechanism.status_row}], ...out].join());
     """)
     (tmp_path / "page.js").write_text(script)

@@ -18,7 +18,7 @@ from explore.testing.contract import draw_designs
 
 MECHANISM = MECHANISMS["crank-rocker"]
 RIG = MECHANISMS["test-rig"]
-SIGNAL_ROWS = RIG.extended.signal_rows
+SIGNAL_ROWS = RIG.signal_rows
 
 
 def changed(items, name, /, **changes):
@@ -419,6 +419,7 @@ def test_an_extended_mechanism_is_the_same_with_more_signals(changes, sentence):
 
 
 def test_a_mechanism_with_an_extended_one_takes_all_that_the_motion_depends_on():
-    others = [row for row in RIG.rows if row.name != "ROCKER"]
-    rows = IntEnum("Rows", {row.name: row.value - (row > RIG.rows["ROCKER"]) for row in others})
-    assert problem(RIG, rows=rows) == "rows has no 'rocker', on which the motion depends"
+    mechanism = MECHANISMS["crank-rocker"]
+    others = [row for row in mechanism.rows if row.name != "ROCKER"]
+    rows = IntEnum("Rows", {row.name: row.value - (row > mechanism.rows["ROCKER"]) for row in others})
+    assert problem(mechanism, rows=rows) == "rows has no 'rocker', on which the motion depends"

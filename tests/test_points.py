@@ -1,14 +1,20 @@
 """Points of floating links: 40-digit values, identities, curvature at cusps, double cranks, and loads beside them."""
 
+import pickle
+
 import mpmath
 import numpy as np
 import pytest
 from exact_points import path_of, signals
 
 import explore
+from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.drawing import Pose
+from explore.model.points import COORDINATES
 from explore.model.status import Status
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_request
 
 PUBLISHED = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118, "speed": 3.0}
 #: A straight-line linkage of Hoecken: its point at twice the coupler's length runs straight for half a turn.
@@ -299,3 +305,23 @@ def test_designs_at_other_speeds_share_an_evaluation():
     for name, power in zip(names, (0, 1, 2, 2, 0), strict=True):
         values = rows[name].to_numpy()
         assert values == pytest.approx(values[0] * np.array([1.0, 2.0, 4.0]) ** power, rel=1e-14)
+
+
+@pytest.mark.parametrize("others", [[], ["drive_torque_max"]])
+@pytest.mark.parametrize(("mechanism", "design"), [("crank-rocker", PUBLISHED), ("test-rig", RIG)])
+def test_a_worker_has_the_kernel_of_the_request(mechanism, design, others):
+    """A kernel has rows for the signals of its request only; those of another one would be other signals."""
+    points = ("blade", "knife")
+    names = ["knife_velocity_max", "blade_x_min", *others]
+    request = make_request(find_mechanism(mechanism, points, None), metrics=names, window="cycle")
+    copy = pickle.loads(pickle.dumps(request))
+    assert copy.kernel.signal_rows == request.kernel.signal_rows
+    assert copy.kernel.signals == request.kernel.signals
+    loaded, places = {**design, "inertia": 2.0}, dict.fromkeys(points, (40.0, 40.0))
+    columns = loaded | dict.fromkeys([f"{point}_{way}" for point in points for way in COORDINATES], 40.0)
+    columns = {name: np.array([value]) for name, value in columns.items()}
+    whole = explore.simulate(mechanism, loaded, points=places, angles=720)
+    for each in (request, copy):
+        found = evaluate_columns(each, columns).columns
+        assert found["knife_velocity_max"] == pytest.approx(whole["knife_velocity"].max(), rel=1e-4)
+        assert found["blade_x_min"] == pytest.approx(whole["blade_x"].min(), rel=1e-4)

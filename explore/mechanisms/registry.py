@@ -108,19 +108,31 @@ MECHANISMS = Registry()
 
 
 def mechanism_by_name(
-    name: str, points: tuple[str, ...] = (), target: Target | None = None, given: tuple[GivenMetric, ...] = ()
+    name: str,
+    points: tuple[str, ...] = (),
+    target: Target | None = None,
+    given: tuple[GivenMetric, ...] = (),
+    names: frozenset[str] = frozenset(),
 ) -> Mechanism:
-    """The mechanism of that name with points, a target and given metrics, for a worker that unpickles it."""
+    """The mechanism of that name with points, a target and given metrics, for a worker that unpickles it.
+
+    Of points it has the kernel for signals of these `names`, if there are any.
+    """
     if name not in MECHANISMS:
         raise RequestError(f"the mechanism '{name}' is not installed here")
-    return MECHANISMS[name].with_points(points).with_target(target).with_given(given)
+    mechanism = MECHANISMS[name].with_points(points)
+    return (mechanism.for_signals(names) if names else mechanism).with_target(target).with_given(given)
 
 
 def _extended_by_name(
-    name: str, points: tuple[str, ...], target: Target | None, given: tuple[GivenMetric, ...]
+    name: str,
+    points: tuple[str, ...],
+    target: Target | None,
+    given: tuple[GivenMetric, ...],
+    names: frozenset[str],
 ) -> Mechanism:
     """The extended mechanism of the mechanism of that name, or this where one kernel fills all signals."""
-    mechanism = mechanism_by_name(name, points, target, given)
+    mechanism = mechanism_by_name(name, points, target, given, names)
     return mechanism.extended or mechanism
 
 
@@ -133,12 +145,13 @@ def _of_table(
 
 def _reduce(mechanism: Mechanism) -> tuple[Callable[..., Mechanism], tuple[Any, ...]]:
     """How a mechanism is pickled: as its name or its table, so that a worker loads its own compiled functions."""
-    if mechanism.name.startswith(PREFIX):
-        names = frozenset(signal.name for signal in mechanism.signals if mechanism.fills(signal))
+    kernel = mechanism if mechanism.name.startswith(PREFIX) else mechanism.extended or mechanism
+    names = frozenset(signal.name for signal in kernel.signals if mechanism.specialise and kernel.fills(signal))
+    if kernel.name.startswith(PREFIX):
         return _of_table, (mechanism.table, names, mechanism.target, mechanism.given)
     # An extended mechanism has none of its own.
     find = mechanism_by_name if mechanism.extended else _extended_by_name
-    return find, (mechanism.name, mechanism.points, mechanism.target, mechanism.given)
+    return find, (mechanism.name, mechanism.points, mechanism.target, mechanism.given, names)
 
 
 copyreg.pickle(Mechanism, _reduce)

@@ -1,5 +1,6 @@
 """Checks of a mechanism's declaration: codes that differ, and columns that the kernel agrees with."""
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import fields
@@ -111,7 +112,7 @@ def _points(declaration: Declaration) -> Iterator[str]:
     if link is None:
         return
     kernel, drawing = declaration.extended or declaration, declaration.drawing
-    if kernel.signal_rows < link.first_row + MOST_POINTS * POINT_ROWS:
+    if not link.kernels and kernel.signal_rows < link.first_row + MOST_POINTS * POINT_ROWS:
         yield f"the points of '{link.name}' need {MOST_POINTS * POINT_ROWS} signal rows from {link.first_row} on"
     yield from unknown_names("signal", [link.angle], [signal.name for signal in declaration.signals], "floating_link")
     if drawing is not None:
@@ -162,7 +163,9 @@ def _references(declaration: Declaration) -> Iterator[str]:
 def _signals(declaration: Declaration) -> Iterator[str]:
     by_name = {signal.name: signal for signal in declaration.signals}
     parameters = {parameter.name for parameter in declaration.parameters}
-    signal_rows = (declaration.extended or declaration).signal_rows
+    signal_rows: float = (declaration.extended or declaration).signal_rows
+    if declaration.points and declaration.floating_link and declaration.floating_link.kernels:
+        signal_rows = math.inf  # a kernel has no rows for signals that it leaves to others
     for signal in declaration.signals:
         for field, row, first in (("row", signal.row, 0), ("terms_row", signal.terms_row, -1)):
             if not first <= row < signal_rows:

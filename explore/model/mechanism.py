@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -82,8 +83,8 @@ class Mechanism(Declaration):
         where both are half a turn off. A bound is NaN where there is no closed form. None where there is no function.
     specialise
         ``specialise(names, needs_stroke=...)`` is the same mechanism with a kernel that fills the signals and metrics
-        of these names and no others, and strokes only if they are needed. None for a mechanism whose kernel is written
-        by hand.
+        of these names and no others, and strokes only if they are needed. None for a mechanism whose whole kernel is
+        written by hand.
     """
 
     close: Callable[..., None]
@@ -152,16 +153,27 @@ class Mechanism(Declaration):
         link = self.floating_link
         if not points or link is None:
             return self
+        if link.kernels:
+            with_kernels: Mechanism = link.kernels(self, points)
+            return with_kernels
+        extended = self.extended.with_points(points) if self.extended else None
+        return self.declare_points(points, (*self.signals, *point_signals(link, points)), extended=extended)
+
+    def declare_points(self, points: tuple[str, ...], signals: tuple[Signal, ...], **kernel: Any) -> Mechanism:
+        """The mechanism with points and all its signals, theirs too, and with other fields of its kernel."""
+        link = self.floating_link
+        if link is None:
+            raise ValueError(f"mechanism '{self.name}' has no floating link")
         return replace(
             self,
             points=points,
             parameters=(*self.parameters, *point_parameters(link, points)),
-            signals=(*self.signals, *point_signals(link, points)),
+            signals=signals,
             zero_mean=self.zero_mean | zero_means(points, self.whole_motion.name),
             formulas=tuple(include_points(formula, points, self.whole_motion.name) for formula in self.formulas),
             drawing=draw_points(self.drawing, link, points) if self.drawing else None,
             panels=(*self.declared_panels, *point_panels(points)),
-            extended=self.extended.with_points(points) if self.extended else None,
+            **kernel,
         )
 
     def with_target(self, target: Target | None) -> Mechanism:

@@ -45,20 +45,25 @@ class FloatingLink:
     origin, angle
         Point of the drawing and signal in deg: where the coordinates begin, and the direction of `along`.
     first_row
-        First row of the points among the signals; each point has `POINT_ROWS`.
+        First row of the points among the signals; each point has `POINT_ROWS`. Of kernels from `kernels`, 0: they have
+        rows of their own.
     first_need
         The bit of `needs` for the positions of the first point; the next is for its rates, then those of other points.
     rate_power
         Power of the speed that rows of velocities are to be multiplied by: 0 where they are per second.
+    kernels
+        ``kernels(mechanism, points)`` is the mechanism with these points and kernels that fill their signals beside
+        its own. None where its own kernel has rows for them.
     """
 
     name: str
     pin: str
     origin: str
     angle: str
-    first_row: int
-    first_need: int
+    first_row: int = 0
+    first_need: int = 0
     rate_power: int = 1
+    kernels: Callable[..., Any] | None = None
 
 
 @dataclass(frozen=True)

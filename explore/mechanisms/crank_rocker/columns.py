@@ -1,8 +1,8 @@
 """Rows of the crank-rocker's record."""
 
-from explore.mechanisms.four_bar_forces import LOAD_ROWS, LOADED_SIGNAL_ROWS, LOADED_SIZE
+from explore.mechanisms.four_bar_forces import LOAD_ROWS, LOADED_SIZE
 from explore.mechanisms.rocking import ROCKING_SIZE
-from explore.model.points import MOST_POINTS, PLACE_ROWS, POINT_ROWS, SLOT_ROWS, record_rows
+from explore.model.points import SLOT_ROWS, record_rows
 
 _PARAMETERS = ("CRANK", "COUPLER", "ROCKER", "GROUND", "PHASES", "BRANCH")
 _METRICS = (
@@ -14,14 +14,7 @@ Row = record_rows("Row", ("N_LINKAGES", "STATUS", *_PARAMETERS, *_METRICS), ROCK
 #: Rows of the extended kernel, which follow the constants of a four-bar under load.
 ExtendedRow = record_rows(
     "ExtendedRow",
-    (*PLACE_ROWS, "N_LINKAGES", "STATUS", *_PARAMETERS, *LOAD_ROWS, *SLOT_ROWS, *_METRICS),
+    ("N_LINKAGES", "STATUS", *_PARAMETERS, *LOAD_ROWS, *SLOT_ROWS, *_METRICS),
     LOADED_SIZE,
     __name__,
 )
-
-#: Row of the signal array of the extended kernel that is the first of the points.
-FIRST_POINT = LOADED_SIGNAL_ROWS
-#: Number of rows of the signal array of the extended kernel.
-EXTENDED_SIGNAL_ROWS = FIRST_POINT + MOST_POINTS * POINT_ROWS
-#: Bit of the needs of the first point's position.
-POINTS = 64

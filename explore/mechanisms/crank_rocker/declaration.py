@@ -4,13 +4,14 @@ from dataclasses import replace
 
 from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
 from explore.mechanisms.crank_rocker import extended, kernel
-from explore.mechanisms.crank_rocker.columns import EXTENDED_SIGNAL_ROWS, FIRST_POINT, POINTS, ExtendedRow, Row
+from explore.mechanisms.crank_rocker.columns import ExtendedRow, Row
 from explore.mechanisms.crank_rocker.second_differences import SECOND_DIFFERENCES
 from explore.mechanisms.four_bar_exact import exact_four_bar
-from explore.mechanisms.four_bar_forces import Load
+from explore.mechanisms.four_bar_forces import LOADED_SIGNAL_ROWS, Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.mechanisms.four_bar_table import four_bar_table
+from explore.mechanisms.linkages.added_points import with_points
 from explore.mechanisms.linkages.motions import declare_targets_of_link
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
@@ -186,12 +187,12 @@ _EXTENDED = Mechanism(
         "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
-    kernel_version="8",
+    kernel_version="9",
     table=_TABLE,
     exact=exact_four_bar,
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,
-    signal_rows=EXTENDED_SIGNAL_ROWS,
+    signal_rows=LOADED_SIGNAL_ROWS,
     close=extended.close,
     fill=extended.fill,
     integrals=four_bar_integrals.integrals,
@@ -199,7 +200,7 @@ _EXTENDED = Mechanism(
     loop_lengths=("crank", "coupler", "rocker", "ground"),
     statuses=rocking.STATUSES,
     drawing=four_bar_drawing.DRAWING,
-    floating_link=FloatingLink("coupler", "the crank's pin", "crank joint", "coupler_angle", FIRST_POINT, POINTS),
+    floating_link=FloatingLink("coupler", "the crank's pin", "crank joint", "coupler_angle", kernels=with_points),
     targets=declare_targets_of_link(_TABLE, "coupler", "transmission_angle_min"),
     panels=(
         Panel("angle", ("coupler_angle", "rocker_angle")),

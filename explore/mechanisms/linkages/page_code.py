@@ -33,13 +33,22 @@ def node_function(program: Program, word_of: WordOf) -> str:
     return "\n".join([head, *_lines(program, word_of), "}"])
 
 
-def fill_function(name: str, program: Program, word_of: WordOf) -> str:
-    """A function as `explore.model.mechanism.Mechanism.fill`."""
+def fill_function(name: str, program: Program, word_of: WordOf, before: str = "", rows_before: int = 0) -> str:
+    """A function as `explore.model.mechanism.Mechanism.fill`; for `before` see `vector_code`."""
     head = f"function {name}(read, tangents, anchor, law, variant, count, needs, out) {{"
-    node = f"const tangent = tangents[j], written = out.subarray(j * {len(program.writes)});"
+    node = f"const tangent = tangents[j], row = j * {rows_before + len(program.writes)};"
+    passed = "read, tangents.subarray(j), anchor, law, variant, 1, needs, out.subarray(row)"
+    called = [f"if (needs) {before}({passed});"] if before else []
+    written = f"const written = out.subarray(row + {rows_before});"
     return "\n".join(
-        [head, "for (let j = 0; j < count; j++) {", node, *_lines(program, word_of), "}", "}"]
-    )  # fmt: skip
+        [head, "for (let j = 0; j < count; j++) {", node, *called, written, *_lines(program, word_of), "}", "}"]
+    )
+
+
+def close_function_after(name: str, called: str, design: str, constants: int, own: int) -> str:
+    """A function as `vector_code.close_function_after`."""
+    lines = [f"{called}(record.subarray({own}));", f"record.copyWithin(0, {own}, {own + constants});"]
+    return "\n".join([f"function {name}(record) {{", *lines, f"({design})(record, record);", "}"])
 
 
 def close_function(name: str, called: str, sizes: Sizes, blocked: Sequence[float], functions: Sequence[str]) -> str:

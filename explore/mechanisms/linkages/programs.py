@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 from explore.mechanisms.linkages.graph import (
@@ -79,21 +80,21 @@ class Program:
 
 
 class Rows:
-    """Constants of a design: the numbers that do not depend on the angle, and that functions of the angle use."""
+    """Constants of a design, from the row `first` on: numbers that functions of the angle use, and not of the angle."""
 
-    def __init__(self, graph: Graph, links: Sequence[str]) -> None:
-        self._graph = graph
+    def __init__(self, graph: Graph, links: Sequence[str], first: int = FIRST_REFERENCE) -> None:
+        self._graph, self._first = graph, first
         # The rows before are written at the end; references follow one after the other, whether used or not.
         references = [graph.input(f"{REFERENCE}{link}:{part}").index for link in links for part in range(3)]
-        self._rows = {k: row for row, k in enumerate(references, FIRST_REFERENCE)}
+        self._rows = {k: row for row, k in enumerate(references, first)}
         for name, row in ((LEAST_PLACE, LEAST_PLACE_ROW), (GREATEST_PLACE, GREATEST_PLACE_ROW)):
             self._rows[graph.input(name).index] = row
         self._written_last = frozenset(self._rows)
 
     @property
     def count(self) -> int:
-        """Number of constants."""
-        return FIRST_REFERENCE - 2 + len(self._rows)
+        """Number of constants, with those before."""
+        return self._first - 2 + len(self._rows)
 
     def add(self, outputs: Sequence[Number]) -> None:
         """Add the constants that outputs need."""
@@ -119,17 +120,17 @@ class Rows:
         writes = [(row, k) for k, row in self._rows.items() if k not in self._written_last]
         order = graph.needed(Number(graph, k) for _, k in writes)
         reads = {k: parameters[str(graph.nodes[k][1])] for k in order if graph.nodes[k][0] == "input"}
-        return _program(name, graph, [k for k in order if k not in reads], reads, writes, _HALF_TANGENT)
+        return _program(name, graph, [k for k in order if k not in reads], reads, writes, _inputs_of_angle())
 
-    def of_angle(self, name: str, outputs: Sequence[Number]) -> Program:
-        """The program that fills outputs at an angle from the constants."""
+    def of_angle(self, name: str, outputs: Sequence[Number], quarters: int = 0) -> Program:
+        """The program that fills outputs at an angle from the constants, its anchor so many quarters of a turn on."""
         levels = self._graph.levels
-        return self._at_angle(name, outputs, lambda k: levels[k] == ANGLE)
+        return self._at_angle(name, outputs, lambda k: levels[k] == ANGLE, _inputs_of_angle(quarters=quarters))
 
     def of_ray(self, name: str, outputs: Sequence[Number]) -> Program:
         """The same where cosine and sine of the angle are given, beside its half-tangent."""
         levels = self._graph.levels
-        return self._at_angle(name, outputs, lambda k: levels[k] == ANGLE, _RAY)
+        return self._at_angle(name, outputs, lambda k: levels[k] == ANGLE, _inputs_of_angle(is_ray=True))
 
     def from_parameters(self, name: str, outputs: Sequence[Number]) -> Program:
         """The same from the parameters among the constants."""
@@ -147,7 +148,7 @@ class Rows:
                 order.add(k)
                 waiting += operands(graph.nodes[k])
         writes = [(row, each.index) for row, each in enumerate(outputs)]
-        return _program(name, graph, sorted(order), self._rows, writes, angle or _HALF_TANGENT)
+        return _program(name, graph, sorted(order), self._rows, writes, angle or _inputs_of_angle())
 
 
 def _program(
@@ -188,8 +189,12 @@ class _Angle(NamedTuple):
     inputs: dict[str, Number]
 
 
-def _inputs_of_angle(*, is_ray: bool) -> _Angle:
-    """The inputs from the half-tangent u of the angle, from the anchor or its opposite, and of a ray from more."""
+@cache
+def _inputs_of_angle(*, is_ray: bool = False, quarters: int = 0) -> _Angle:
+    """The inputs from the half-tangent u of the angle, from the anchor or its opposite, and of a ray from more.
+
+    The anchor is so many quarters of a turn on.
+    """
     graph = Graph()
     u, mirror = graph.input("tangent"), graph.input("mirror")
     square = u * u
@@ -198,10 +203,10 @@ def _inputs_of_angle(*, is_ray: bool) -> _Angle:
     less, more, signed = (square + square) * inverse, inverse + inverse, mirror * inverse
     behind, ahead = (1.0 - u) * (1.0 - u) * inverse, (1.0 + u) * (1.0 + u) * inverse
     pairs = ((less, more), (behind, ahead), (more, less), (ahead, behind))
-    versines = {name: one.call("choose", other) for name, (one, other) in zip(VERSINES, pairs, strict=True)}
+    versines = [one.call("choose", other) for one, other in pairs]
     cosine = graph.input("cosine") if is_ray else (1.0 - square) * signed
     sine = graph.input("sine") if is_ray else (u + u) * signed
-    return _Angle(graph, {COSINE: cosine, SINE: sine, **versines})
-
-
-_HALF_TANGENT, _RAY = _inputs_of_angle(is_ray=False), _inputs_of_angle(is_ray=True)
+    for _ in range(quarters):
+        cosine, sine, versines = -sine, cosine, [versines[-1], *versines[:-1]]
+    named = dict(zip(VERSINES, versines, strict=True))
+    return _Angle(graph, {COSINE: cosine, SINE: sine, **named})

@@ -80,14 +80,20 @@ def curve_function(program: Program) -> str:
     return _function(program.name, ("read", "cosine.", "sine.", "written"), angle + _body(program, _FAST, lanes=1))
 
 
-def fill_function(program: Program, *, is_disturbed: bool) -> str:
-    """A function as `explore.model.mechanism.Mechanism.fill`, or `disturbed_fill`."""
+def fill_function(program: Program, *, is_disturbed: bool = False, before: str = "", rows_before: int = 0) -> str:
+    """A function as `explore.model.mechanism.Mechanism.fill`, or `disturbed_fill`.
+
+    The function `before` fills so many rows before those of the program, if there are needs.
+    """
+    rows = rows_before + len(program.writes)
     factors = f"  %factor.step = mul i64 %j, {STEP}\n  %factor = urem i64 %factor.step, {PERIOD}\n"
     loop = (
-        "  %empty = icmp sle i64 %count, 0\n  br i1 %empty, label %done, label %next\n"
-        "next:\n  %j = phi i64 [0, %entry], [%j.after, %next]\n"
+        (_loop_before(before, rows) if before else "  br label %begin\nbegin:\n")
+        + "  %empty = icmp sle i64 %count, 0\n  br i1 %empty, label %done, label %next\n"
+        "next:\n  %j = phi i64 [0, %begin], [%j.after, %next]\n"
         + _place("%node.tangents", "%tangents", "%j", 1)
-        + _place("%written", "%all.written", "%j", len(program.writes))
+        + _place("%node.written", "%all.written", "%j", rows)
+        + _place("%written", "%node.written", rows_before, 1)
         + _load("%tangent", "%node.tangents")
         + (factors if is_disturbed else "")
         + _body(program, _FAST, is_disturbed=is_disturbed)
@@ -99,7 +105,44 @@ def fill_function(program: Program, *, is_disturbed: bool) -> str:
     function = _function(
         program.name, ("read", "tangents", *numbers, "all.written"), _scratch(program) + anchor + loop
     )  # fmt: skip
-    return (table("factors", FACTORS) if is_disturbed else "") + function
+    numbers_before = ", ".join([ARRAY, ARRAY, *["i64"] * len(numbers), ARRAY])
+    declared = f"declare ptr @{before}({numbers_before})\n" if before else ""
+    return (table("factors", FACTORS) if is_disturbed else "") + declared + function
+
+
+def _loop_before(called: str, rows: int) -> str:
+    """A loop over the nodes that calls a function of one node at a time, if there are needs, as its rows are fewer."""
+    passed = f"i64 %anchor.number, i64 %law, i64 %variant, i64 1, i64 %needs, {ARRAY} %written.here"
+    return (
+        "  %is.needed = icmp ne i64 %needs, 0\n  %is.some = icmp sgt i64 %count, 0\n"
+        "  %calls = and i1 %is.needed, %is.some\n  br i1 %calls, label %call, label %begin\n"
+        "call:\n  %k = phi i64 [0, %entry], [%k.after, %call]\n"
+        + _place("%tangents.at", "%tangents", "%k", 1)
+        + _place("%written.at", "%all.written", "%k", rows)
+        + f"  %tangents.here = insertvalue {ARRAY} %tangents.array, ptr %tangents.at, 4\n"
+        f"  %written.here = insertvalue {ARRAY} %all.written.array, ptr %written.at, 4\n"
+        f"  %null = call ptr @{called}({ARRAY} %read.array, {ARRAY} %tangents.here, {passed})\n"
+        "  %k.after = add i64 %k, 1\n  %calls.more = icmp slt i64 %k.after, %count\n"
+        "  br i1 %calls.more, label %call, label %begin\nbegin:\n"
+    )
+
+
+def close_function_after(called: str, constants: int, own: int) -> str:
+    """A function of a record that calls one for fewer constants, and then the function "design" for its own.
+
+    The rows from the status on are where both have them.
+    """
+    size = 8 * LANES * constants
+    return (
+        f"declare ptr @{called}({ARRAY})\ndeclare void @llvm.memmove.p0.p0.i64(ptr, ptr, i64, i1)\n"
+        f"define ptr @close({ARRAY} %record.array) nounwind {{\n"
+        f"  %record = extractvalue {ARRAY} %record.array, 4\n"
+        + _place("%rest", "%record", own, 1)
+        + f"  %rest.array = insertvalue {ARRAY} %record.array, ptr %rest, 4\n"
+        f"  %closed = call ptr @{called}({ARRAY} %rest.array)\n"
+        f"  call void @llvm.memmove.p0.p0.i64(ptr %record, ptr %rest, i64 {size}, i1 false)\n"
+        f"  %filled = call ptr @design({ARRAY} %record.array, {ARRAY} %record.array)\n  ret ptr null\n}}\n"
+    )
 
 
 def table(name: str, values: Iterable[float]) -> str:

@@ -1,7 +1,7 @@
 """Rows of the test rig's record and signals."""
 
 from explore.mechanisms.four_bar_forces import LOAD_ROWS, LOADED_SIGNAL_ROWS, LOADED_SIZE
-from explore.model.points import MOST_POINTS, PLACE_ROWS, POINT_ROWS, SLOT_ROWS, record_rows
+from explore.model.points import SLOT_ROWS, record_rows
 
 # Constants: amplitudes of cosine and sine of a sine close to the rocker's velocity.
 _CONSTANTS = ("COSINE", "SINE")
@@ -11,21 +11,11 @@ _METRICS = (
     "SWING_SENSITIVITY_CRANK", "SWING_SENSITIVITY_COUPLER", "SWING_SENSITIVITY_ROCKER", "SWING_SENSITIVITY_GROUND",
 )  # fmt: skip
 #: Rows of a tile of designs, which follow the constants of a four-bar under load.
-Row = record_rows("Row", (*_CONSTANTS, "STATUS", *_PARAMETERS, *_METRICS), LOADED_SIZE, __name__)
-#: Rows of the extended kernel, which follow the same constants.
-ExtendedRow = record_rows(
-    "ExtendedRow",
-    (*_CONSTANTS, *PLACE_ROWS, "STATUS", *_PARAMETERS, *SLOT_ROWS, *_METRICS),
-    LOADED_SIZE,
-    __name__,
-)
+Row = record_rows("Row", (*_CONSTANTS, "STATUS", *_PARAMETERS, *SLOT_ROWS, *_METRICS), LOADED_SIZE, __name__)
 
-# Rows of the signal array after those of a four-bar under load; those of points begin where the others end.
+# Rows of the signal array after those of a four-bar under load.
 DEVIATION, DEVIATION_COSINE, DEVIATION_SINE = range(LOADED_SIGNAL_ROWS, LOADED_SIGNAL_ROWS + 3)
 SIGNAL_ROWS = LOADED_SIGNAL_ROWS + 3
-EXTENDED_SIGNAL_ROWS = SIGNAL_ROWS + MOST_POINTS * POINT_ROWS
 
 #: Bit of the needs of the deviation from a sine.
 HARMONICS = 64
-#: Bit of the needs of the first point's position.
-POINTS = 128

@@ -1,15 +1,14 @@
 """The oscillating-torque test rig: an eccentric crank-rocker that twists an elastic coupling. Its declaration."""
 
-from dataclasses import replace
-
 from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
 from explore.mechanisms.four_bar_exact import exact_four_bar
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.mechanisms.four_bar_table import four_bar_table
-from explore.mechanisms.rig import columns, extended, kernel
-from explore.mechanisms.rig.columns import ExtendedRow, Row
+from explore.mechanisms.linkages.added_points import with_points
+from explore.mechanisms.rig import columns, kernel
+from explore.mechanisms.rig.columns import Row
 from explore.mechanisms.rig.formulas import FORMULAS, SIZING_PARAMETERS
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
@@ -61,7 +60,7 @@ _SAMPLED_DEFAULTS = (
     "velocity_thd",
 )
 
-_EXTENDED = Mechanism(
+TEST_RIG = Mechanism(
     name="test-rig",
     summary="eccentric crank-rocker that twists an elastic coupling to and fro: forces, drive torque and sizes",
     parameters=(
@@ -97,21 +96,19 @@ _EXTENDED = Mechanism(
     ),
     default_metrics={"": (*(metric.name for metric in _METRICS), *_SAMPLED_DEFAULTS)},
     objectives=("pin_force_peak", "velocity_thd", "size"),
-    kernel_version="4",
+    kernel_version="5",
     table=four_bar_table(),
     exact=exact_four_bar,
-    n_constants=ExtendedRow.STATUS,
-    rows=ExtendedRow,
-    signal_rows=columns.EXTENDED_SIGNAL_ROWS,
-    close=extended.close,
-    fill=extended.fill,
+    n_constants=Row.STATUS,
+    rows=Row,
+    signal_rows=columns.SIGNAL_ROWS,
+    close=kernel.close,
+    fill=kernel.fill,
     integrals=four_bar_integrals.integrals,
     integrated_rows=four_bar_integrals.ROWS,
     default_window="cycle",
     drawing=four_bar_drawing.DRAWING,
-    floating_link=FloatingLink(
-        "coupler", "the crank's pin", "crank joint", "coupler_angle", columns.SIGNAL_ROWS, columns.POINTS
-    ),
+    floating_link=FloatingLink("coupler", "the crank's pin", "crank joint", "coupler_angle", kernels=with_points),
     panels=(
         Panel("rocker angle", ("rocker_angle",)),
         Panel("transmission angle", ("transmission_angle",), limits=(0.0, 180.0)),
@@ -122,14 +119,4 @@ _EXTENDED = Mechanism(
         Panel("coupler force", ("coupler_force",), "kN", 1e-3),
         Panel("power", ("power",), "kW", 1e-3, shows_mean=True),
     ),
-)
-
-TEST_RIG = replace(
-    _EXTENDED,
-    n_constants=Row.STATUS,
-    rows=Row,
-    signal_rows=columns.SIGNAL_ROWS,
-    close=kernel.close,
-    fill=kernel.fill,
-    extended=_EXTENDED,
 )

@@ -47,13 +47,10 @@ def _sensitivities(crank, coupler, rocker, ground):
 
 
 @subroutine(inlined=True)
-def fill_closed_form(record, parameters, metrics, lane):
-    """Fill the constants of the motion, status and metrics of one lane, in declared units, NaN where undefined.
-
-    In their parts of the record, status and parameters, and the metrics, are in the rows of `Row`.
-    """
-    crank, coupler = parameters[Row.CRANK * LANES + lane], parameters[Row.COUPLER * LANES + lane]
-    rocker, ground = parameters[Row.ROCKER * LANES + lane], parameters[Row.GROUND * LANES + lane]
+def _fill_closed_form(record, lane):
+    """Fill the constants of the motion, status and metrics of one lane, in declared units, NaN where undefined."""
+    crank, coupler = record[Row.CRANK * LANES + lane], record[Row.COUPLER * LANES + lane]
+    rocker, ground = record[Row.ROCKER * LANES + lane], record[Row.GROUND * LANES + lane]
     linkage_class, margin, status = rocking.prepare(crank, coupler, rocker, ground, 1.0, record, lane)
     swing, middle, time_ratio = rocking.solve_limit_positions(crank, coupler, rocker, ground, 1.0, record, lane)
     rocks, turns = linkage_class == four_bar.CRANK_ROCKER, linkage_class <= four_bar.DOUBLE_CRANK
@@ -62,32 +59,32 @@ def fill_closed_form(record, parameters, metrics, lane):
     smallest = four_bar.transmission_angle(p_least, q_largest)
     from_straight = four_bar.transmission_angle(q_least, p_largest)
     worst = smallest if smallest < from_straight else from_straight
-    parameters[Row.STATUS * LANES + lane] = status
+    record[Row.STATUS * LANES + lane] = status
     record[Load.MIDDLE * LANES + lane] = middle
-    metrics[Row.LINKAGE_CLASS * LANES + lane] = linkage_class
-    metrics[Row.GRASHOF_MARGIN * LANES + lane] = margin
-    metrics[Row.SIZE * LANES + lane] = coupler + rocker
-    metrics[Row.SWING_ANGLE * LANES + lane] = swing * _DEGREES if rocks else _NAN
-    metrics[Row.MID_ANGLE * LANES + lane] = middle * _DEGREES if rocks else _NAN
-    metrics[Row.TIME_RATIO * LANES + lane] = time_ratio if rocks else _NAN
-    metrics[Row.TRANSMISSION_ANGLE_WORST * LANES + lane] = worst * _DEGREES if turns else _NAN
+    record[Row.LINKAGE_CLASS * LANES + lane] = linkage_class
+    record[Row.GRASHOF_MARGIN * LANES + lane] = margin
+    record[Row.SIZE * LANES + lane] = coupler + rocker
+    record[Row.SWING_ANGLE * LANES + lane] = swing * _DEGREES if rocks else _NAN
+    record[Row.MID_ANGLE * LANES + lane] = middle * _DEGREES if rocks else _NAN
+    record[Row.TIME_RATIO * LANES + lane] = time_ratio if rocks else _NAN
+    record[Row.TRANSMISSION_ANGLE_WORST * LANES + lane] = worst * _DEGREES if turns else _NAN
     # A sine with the swing and the mean phase of the limit positions is close to the fundamental of the velocity.
     extended, overlapped = record[rocking.EXTENDED * LANES + lane], -1.0 / record[rocking.OVERLAPPED * LANES + lane]
     amplitude = 0.5 * swing / math.sqrt((1.0 + extended * extended) * (1.0 + overlapped * overlapped))
     record[Row.COSINE * LANES + lane] = -amplitude * (extended + overlapped)
     record[Row.SINE * LANES + lane] = amplitude * (1.0 - extended * overlapped)
     of_crank, of_coupler, of_rocker, of_ground = _sensitivities(crank, coupler, rocker, ground)
-    metrics[Row.SWING_SENSITIVITY_CRANK * LANES + lane] = of_crank * _DEGREES if rocks else _NAN
-    metrics[Row.SWING_SENSITIVITY_COUPLER * LANES + lane] = of_coupler * _DEGREES if rocks else _NAN
-    metrics[Row.SWING_SENSITIVITY_ROCKER * LANES + lane] = of_rocker * _DEGREES if rocks else _NAN
-    metrics[Row.SWING_SENSITIVITY_GROUND * LANES + lane] = of_ground * _DEGREES if rocks else _NAN
+    record[Row.SWING_SENSITIVITY_CRANK * LANES + lane] = of_crank * _DEGREES if rocks else _NAN
+    record[Row.SWING_SENSITIVITY_COUPLER * LANES + lane] = of_coupler * _DEGREES if rocks else _NAN
+    record[Row.SWING_SENSITIVITY_ROCKER * LANES + lane] = of_rocker * _DEGREES if rocks else _NAN
+    record[Row.SWING_SENSITIVITY_GROUND * LANES + lane] = of_ground * _DEGREES if rocks else _NAN
 
 
 @compiled(CLOSE_SIGNATURE)
 def close(record):
     """Fill class, margins, limit positions, sensitivities and load; see `explore.model.mechanism.Mechanism`."""
     for lane in range(LANES):
-        fill_closed_form(record, record, record, lane)
+        _fill_closed_form(record, lane)
     for lane in range(LANES):
         rocks = record[Row.LINKAGE_CLASS * LANES + lane] == four_bar.CRANK_ROCKER
         four_bar_forces.fill_load_constants(record, lane, Row.CRANK, Row.CONSTANT_TORQUE, Row.SPEED, rocks)
@@ -110,26 +107,16 @@ def _fill_deviations(constants, tangents, anchor, out):
         )
 
 
-@subroutine()
-def fill_signals(constants, tangents, anchor, law, variant, count, needs, motion, rows, out):
-    """Fill the signals but those of points, in an array of so many `rows`.
-
-    `motion` is what other signals need of it; the other arguments are those of
-    `explore.model.mechanism.Mechanism.fill`.
-    """
-    motion |= four_bar_forces.motion_needs(needs, variant)
+@compiled(FILL_SIGNATURE)
+def fill(constants, tangents, anchor, law, variant, count, needs, out):
+    """Fill the signals of a four-bar under load; see `explore.model.mechanism.Mechanism` for the arguments."""
+    motion = four_bar_forces.motion_needs(needs, variant)
     if needs & HARMONICS:
         motion |= four_bar.VELOCITIES
-    four_bar.fill_motion(constants, tangents, anchor, count, motion, rows, out)
+    four_bar.fill_motion(constants, tangents, anchor, count, motion, SIGNAL_ROWS, out)
     for j in range(count):
-        node, signals = tangents[j * LANES :], out[j * rows * LANES :]
+        node, signals = tangents[j * LANES :], out[j * SIGNAL_ROWS * LANES :]
         if needs & (FORCES | TORQUE):
             four_bar_forces.fill_forces(constants, node, anchor, law, variant, needs, signals)
         if needs & HARMONICS:
             _fill_deviations(constants, node, anchor, signals)
-
-
-@compiled(FILL_SIGNATURE)
-def fill(constants, tangents, anchor, law, variant, count, needs, out):
-    """Fill the signals of a four-bar under load; see `explore.model.mechanism.Mechanism` for the arguments."""
-    fill_signals(constants, tangents, anchor, law, variant, count, needs, 0, SIGNAL_ROWS, out)

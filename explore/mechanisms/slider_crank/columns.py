@@ -1,6 +1,6 @@
 """Rows of the slider-crank's record and of its signals."""
 
-from explore.model.points import MOST_POINTS, PLACE_ROWS, POINT_ROWS, SLOT_ROWS, record_rows
+from explore.model.points import SLOT_ROWS, record_rows
 
 # Constants: rod minus or plus crank, minus or plus offset; the lengths that move; half-tangents of the dead centres
 # from the anchor, and of the distances of the singularities.
@@ -24,7 +24,7 @@ Row = record_rows("Row", (*_CONSTANTS, "STATUS", *_LENGTHS, *_METRICS), 0, __nam
 ExtendedRow = record_rows(
     "ExtendedRow",
     (
-        *_CONSTANTS, *(f"LOAD_{load}" for load in _LOADS), "MIDDLE", *PLACE_ROWS, "STATUS", *_LENGTHS, *_LOADS,
+        *_CONSTANTS, *(f"LOAD_{load}" for load in _LOADS), "MIDDLE", "STATUS", *_LENGTHS, *_LOADS,
         *SLOT_ROWS, *_METRICS,
     ),
     0,
@@ -45,9 +45,8 @@ SLIDER, SLIDER_ACCELERATION, ANGLE, ROD_RATES = 1, 2, 4, 8
 # The rows of pins hold squares; those of terms the size of the terms that add up to forces and to torques.
 THRUST, GUIDE_FORCE, CRANK_PIVOT, CRANK_PIN, SLIDER_PIN, FORCE_TERMS = range(SIGNAL_ROWS, SIGNAL_ROWS + 6)
 TORQUE, POSITIVE_TORQUE, LOST_TORQUE, TORQUE_TERMS = range(SIGNAL_ROWS + 6, SIGNAL_ROWS + 10)
-FIRST_POINT = SIGNAL_ROWS + 10
-EXTENDED_SIGNAL_ROWS = FIRST_POINT + MOST_POINTS * POINT_ROWS
-FORCES, POINTS = 16, 32
+EXTENDED_SIGNAL_ROWS = SIGNAL_ROWS + 10
+FORCES = 16
 
 #: Number of the law from the outer to the inner dead centre.
 INWARD = 0

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from explore.mechanisms.linkages.added_points import with_points
 from explore.mechanisms.linkages.motions import declare_targets_of_link
 from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.slider_crank import columns, extended, kernel, loads
@@ -177,7 +178,7 @@ _EXTENDED = Mechanism(
         "cycle": (*_CLOSED_NAMES, *_SAMPLED_DEFAULTS[1:], "slider_velocity_rms"),
     },
     objectives=("cv", "slider_acceleration_peak", "pressure_angle_max"),
-    kernel_version="6",
+    kernel_version="7",
     table=TABLE,
     exact=exact_slider_crank,
     n_constants=ExtendedRow.STATUS,
@@ -190,7 +191,7 @@ _EXTENDED = Mechanism(
     loop_lengths=("crank", "rod", "offset"),
     statuses=kernel.STATUSES,
     drawing=_DRAWING,
-    floating_link=FloatingLink("rod", "the crank's pin", "crank pin", "rod_angle", columns.FIRST_POINT, columns.POINTS),
+    floating_link=FloatingLink("rod", "the crank's pin", "crank pin", "rod_angle", kernels=with_points),
     targets=declare_targets_of_link(TABLE, "rod", "transmission_angle_min"),
     panels=(
         Panel("slider position", ("slider_position",)),

@@ -18,9 +18,9 @@ import math
 from explore.base.compiling import CLOSE_SIGNATURE, LANES, compiled
 from explore.base.lanes.arctangent import arctangent
 from explore.base.subroutines import subroutine
-from explore.mechanisms.floating_link import fill_places
 from explore.mechanisms.variable_crank.blend import lag_of, shares, slope_of
 from explore.mechanisms.variable_crank.columns import LOAD_SIZE, Row
+from explore.mechanisms.variable_crank.floating_link import fill_places
 from explore.model.status import OwnStatus, Status
 
 # Codes of the statuses of designs without a motion.

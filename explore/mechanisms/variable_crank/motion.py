@@ -14,7 +14,6 @@ import math
 from explore.base.compiling import FILL_SIGNATURE, LANES, compiled
 from explore.base.lanes.arctangent import arctangent
 from explore.base.subroutines import subroutine
-from explore.mechanisms.floating_link import fill_place, fill_rates
 from explore.mechanisms.variable_crank.blend import blend
 from explore.mechanisms.variable_crank.columns import (
     ACCELERATION,
@@ -42,6 +41,7 @@ from explore.mechanisms.variable_crank.columns import (
     VELOCITY,
     Row,
 )
+from explore.mechanisms.variable_crank.floating_link import fill_place, fill_rates
 from explore.mechanisms.variable_crank.forces import fill_forces
 from explore.mechanisms.variable_crank.links import fill_links, fill_pins
 from explore.mechanisms.variable_crank.series import separation

@@ -6,6 +6,7 @@ from functools import lru_cache
 from typing import Any
 
 from explore.base.errors import KeyPath, Problems, RequestError
+from explore.base.identity import Identity
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
 from explore.model.mechanism import Mechanism
@@ -79,30 +80,21 @@ def make_request(
     texts = (*(names if isinstance(names, tuple) else ()), window or "", drive or "")
     is_plain = constraints is None and formulas is None and type(tolerance) is float
     if is_plain and isinstance(names, tuple | None) and all(type(text) is str for text in texts):
-        return _plain_request(_Identity(mechanism), names, window, drive, tolerance)
+        return _plain_request(Identity(mechanism), names, window, drive, tolerance)
     return _make_request(mechanism, RequestArguments(metrics, window, drive, constraints, tolerance, formulas))
-
-
-class _Identity:
-    """A mechanism, equal to itself alone: it has fields without a hash."""
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-
-    def __hash__(self) -> int:
-        return id(self.mechanism)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Identity) and other.mechanism is self.mechanism
 
 
 @lru_cache(_MOST_REMEMBERED)
 def _plain_request(
-    mechanism: _Identity, metrics: tuple[str, ...] | None, window: str | None, drive: str | None, tolerance: float
+    mechanism: Identity[Mechanism],
+    metrics: tuple[str, ...] | None,
+    window: str | None,
+    drive: str | None,
+    tolerance: float,
 ) -> Request:
     """A request of names and a tolerance, which is remembered."""
     arguments = RequestArguments(metrics=metrics, window=window, drive=drive, tolerance=tolerance)
-    return _make_request(mechanism.mechanism, arguments)
+    return _make_request(mechanism.of, arguments)
 
 
 def _make_request(mechanism: Mechanism, arguments: RequestArguments) -> Request:

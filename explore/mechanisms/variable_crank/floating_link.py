@@ -47,22 +47,3 @@ def fill_rates(out, first, lane, bvx, bvy, bax, bay, rx, ry, rate, rate_of_rate,
     # of the product by both factors, and of the cube by the velocity
     terms = 4.0 * velocity_terms * math.sqrt(acceleration_square) + speed * acceleration_terms
     out[(first + points.CURVATURE_TERMS) * LANES + lane] = terms * one_over_cube
-
-
-@subroutine(fast=True, inlined=True)
-def fill_point_on_crank(constants, out, along_row, first, lane, crank, bx, by, ux, uy, with_rates, rate_row, next_row):
-    """Fill the rows of a point of a link whose base point is the pin of a crank, at unit speed of the crank.
-
-    The constants from `along_row` on are its place along and across the link. Velocity and what follows is filled if
-    `with_rates`, from the rows of the link's rate and of its derivative, `rate_row` and `next_row`.
-    """
-    along, across = constants[along_row * LANES + lane], constants[(along_row + 1) * LANES + lane]
-    rx, ry = along * ux - across * uy, along * uy + across * ux
-    reach = abs(along) + abs(across)
-    fill_place(out, first, lane, bx, by, rx, ry, crank + reach)
-    if with_rates:
-        rate, rate_of_rate = out[rate_row * LANES + lane], out[next_row * LANES + lane]
-        fill_rates(
-            out, first, lane, -by, bx, -bx, -by, rx, ry, rate, rate_of_rate, crank + abs(rate) * reach,
-            crank + (abs(rate_of_rate) + rate * rate) * reach,
-        )  # fmt: skip
