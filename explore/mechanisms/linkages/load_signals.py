@@ -26,6 +26,8 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
     if table.loads is None:
         return
     loading = Loading(equations, table.loads)
+    reactions = Reactions(equations, loading)
+    loading.take_friction(reactions.across)
     yield from _find_curves(loading, table, table.loads)
     torque = loading.torque
     if not table.driven_slot:
@@ -39,9 +41,9 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
         corners_at=("drive_power",),
     )  # fmt: skip
     if table.loads.lose_power:
-        words = "power that dampers and what opposes the motion take"
+        words = "power that dampers, friction and what opposes motions take"
         yield _quantity(loading, loading.loss, "friction_power", "W", words)
-    yield from _find_forces(equations, loading, table.loads)
+    yield from _find_forces(loading, reactions, table, table.loads)
 
 
 def _find_curves(loading: Loading, table: LinkageTable, loads: Loads) -> Iterator[Quantity]:
@@ -54,9 +56,12 @@ def _find_curves(loading: Loading, table: LinkageTable, loads: Loads) -> Iterato
         yield _quantity(loading, value, f"{curve.name}_value", "1", words, 0)
 
 
-def _find_forces(equations: Equations, loading: Loading, loads: Loads) -> Iterator[Quantity]:
-    """The forces in the joints."""
-    table, reactions = equations.table, Reactions(equations, loading)
+def _find_forces(loading: Loading, reactions: Reactions, table: LinkageTable, loads: Loads) -> Iterator[Quantity]:
+    """The forces in the joints, and how near friction is to locking them."""
+    for name, ratio in reactions.lock_ratios.items():
+        words = f"friction of the slot {name} over that at which it locks"
+        quantity = _quantity(loading, ratio, f"{name}_lock_ratio", "1", words, 0)
+        yield replace(quantity, signal=replace(quantity.signal, corner_levels=(-1.0, 1.0)))
     if table.driven_slot:
         words = f"force that drives {table.driven_slot.pin} along {table.driver}"
         yield _quantity(loading, reactions.along, "drive_force", "N", words, 0)
@@ -89,7 +94,8 @@ def _quantity(
     loading: Loading, number: Number, name: str, unit: str, long_name: str, speed_power: int = 1,
     corners_at: tuple[str, ...] = (),
 ) -> Quantity:  # fmt: skip
-    corners_at = (*corners_at, *loading.senses, *map(place_signal, loading.loads.curves))
+    rough = [f"{slot}_{what}" for slot in loading.loads.rough_slots for what in ("lock_ratio", "normal_force")]
+    corners_at = (*corners_at, *loading.senses, *map(place_signal, loading.loads.curves), *rough)
     signal = Signal(
         name, unit, long_name, -1, 1, speed_power=speed_power, pole_order=_POLE_ORDER, depends_on_load=True,
         has_corners=bool(corners_at), corners_at=corners_at, needs_stroke=loading.loads.need_strokes,

@@ -45,25 +45,25 @@ class PointForce:
 
 @dataclass(frozen=True)
 class Element:
-    """A spring, a damper, a torque, or what opposes the motion of the output.
+    """A spring, a damper, a torque, what opposes a motion, or friction in a slot.
 
     Attributes
     ----------
     kind
-        "spring", "damper", "torque" or "opposing".
+        "spring", "damper", "torque", "opposing" or "friction".
     name
         Its name in the table.
     ends
         What it acts between: two points, along the line through them; a slot, along it; or a link, about the frame or
         about a second link.
     size
-        The torque counter-clockwise on the first link, N m; the rate, in N/m, N s/m, N m/rad or N m s/rad; or the
-        force or torque against the motion, N or N m.
+        The torque counter-clockwise on the first link, N m; the rate, in N/m, N s/m, N m/rad or N m s/rad; the force or
+        torque against the motion, N or N m; or the coefficient of friction.
     rest
         Length, position or angle at which a spring is relaxed, mm or deg.
     """
 
-    kind: Literal["spring", "damper", "torque", "opposing"]
+    kind: Literal["spring", "damper", "torque", "opposing", "friction"]
     name: str
     ends: tuple[str, ...]
     size: Coordinate
@@ -121,7 +121,12 @@ class Loads:
     @property
     def lose_power(self) -> bool:
         """Whether they take power whichever way the linkage moves."""
-        return self.has("damper") or self.has("opposing")
+        return self.has("damper") or self.has("opposing") or self.has("friction")
+
+    @property
+    def rough_slots(self) -> tuple[str, ...]:
+        """The slots with friction."""
+        return tuple(element.name for element in self.elements if element.kind == "friction")
 
     def has(self, kind: str) -> bool:
         """Whether there is an element of a kind."""

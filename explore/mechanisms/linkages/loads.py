@@ -10,6 +10,7 @@ or a damper acts on with the force f. Forces are in N and lengths in mm, so sums
 """
 
 from collections import defaultdict
+from collections.abc import Mapping
 from fractions import Fraction
 
 from explore.base.units.quantities import unit_factor
@@ -48,6 +49,8 @@ class Loading:
         Links whose angles the loads depend on.
     squares
         Squares of distances that are divided by.
+    friction
+        For each slot with friction, its coefficient and the sense of the motion of its pin.
     senses
         Signals whose signs forces jump with, in the order of `graph.SENSES`.
     places, values
@@ -61,6 +64,7 @@ class Loading:
         self._speed = self._graph.input(SPEED) if loads.is_dynamic else self._zero
         self._power, self._loss = self._zero, self._zero
         self.senses: list[str] = []
+        self.friction: dict[str, tuple[Number, Number]] = {}
         self.on_pins: dict[str, list[Local]] = defaultdict(list)
         self.on_bodies: dict[str, list[tuple[Local, Local]]] = defaultdict(list)
         self.moments: dict[str, list[Number]] = defaultdict(list)
@@ -88,8 +92,17 @@ class Loading:
 
     @property
     def loss(self) -> Number:
-        """The power that dampers and what opposes the motion take, over the speed, N m."""
+        """The power that dampers, friction and what opposes motions take, over the speed, N m."""
         return self._loss * self._meters
+
+    def take_friction(self, across: Mapping[str, Number]) -> None:
+        """Take the power of friction from the forces across slots, N."""
+        for name, (coefficient, sense) in self.friction.items():
+            taken = coefficient * sense * abs(across[name]) * self._slot_position(name).terms[1]
+            self._power, self._loss = self._power - taken, self._loss + taken
+
+    def _slot_position(self, name: str) -> Series:
+        return self._equations.slot_position(next(slot for slot in self._equations.table.slots if slot.name == name))
 
     def _read(self, coordinate: Coordinate) -> Number:
         return read_expression(self._graph, coordinate, self.values)
@@ -138,7 +151,11 @@ class Loading:
     # springs, dampers and torques
 
     def _add_element(self, element: Element) -> None:
-        if len(element.ends) == 2 and element.ends[0] in self._equations.points:
+        if element.kind == "friction":
+            rate = self._slot_position(element.name).terms[1]
+            coefficient = _not_negative(self._read(element.size))
+            self.friction[element.name] = coefficient, self._sense_of(element.name, rate)
+        elif len(element.ends) == 2 and element.ends[0] in self._equations.points:
             self._add_between_points(element)
         elif element.ends[0] in self._equations.table.body_of:
             self._add_between_links(element)

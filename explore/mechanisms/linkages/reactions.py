@@ -4,6 +4,14 @@ What is solved last hangs on what is solved before, so the forces of its joints 
 keeps a joint at the distance r from its centre can take up any force along r; what acts on it about the centre gives
 the part of the force in the joint across r. A slot takes up a force across its line. The two forces along r or across
 a line that a joint is placed by follow from the balance of its pin; the rest from the sums of forces of each link.
+
+A slot that presses on its pin with N across its line rubs it with mu |N| along it, against its motion of the sense s.
+With the determinant D of the balance without friction, in which the line's own direction in place of that across it
+gives C, and the force q across without friction::
+
+    N = q/(1 - r sign(q)),    r = mu s C/D
+
+This is unique while |r| < 1; else friction can lock the slot, and there is no number.
 """
 
 from __future__ import annotations
@@ -44,6 +52,8 @@ class Reactions:
         The force that drives a pin along its slot, N; 0 where a link turns.
     moment
         The moment that turns the driver, N mm; 0 where a pin is driven.
+    lock_ratios
+        For each slot with friction, r of the module but for the sense of the motion.
     """
 
     def __init__(self, equations: Equations, loading: Loading) -> None:
@@ -52,6 +62,8 @@ class Reactions:
         self.on_bodies: dict[tuple[str, str], Local] = {}
         self.across: dict[str, Number] = {}
         self.along = self.moment = self._zero
+        self.lock_ratios: dict[str, Number] = {}
+        self._friction = loading.friction
         # What acts on pins and bodies; reactions are added as they are found.
         self._pins = {
             point: reduce(_sum, loading.on_pins.get(point, []), (self._zero, self._zero))
@@ -91,6 +103,7 @@ class Reactions:
         loci = step.first, step.second
         (first, along), (second, beside) = (self._force_of(step.point, locus) for locus in loci)
         rest = _sum(self._pins[step.point], _sum(first, second))
+        rest = self._rubbed(rest, loci, (along, beside), step.point)
         a, b = self._shares(rest, along, beside, step.point)
         self._apply(step.point, step.first, _sum(first, _times(along, a)), a)
         self._apply(step.point, step.second, _sum(second, _times(beside, b)), b)
@@ -99,7 +112,8 @@ class Reactions:
         (p, line), (q, other) = step.first, step.second
         (first, along), (second, beside) = self._force_of(p, line), self._force_of(q, other)
         rest = _sum(_sum(self._pins[p], self._pins[q]), _sum(first, second))
-        a, b = self._shares(_sum(rest, self._total(step.link)), along, beside, step.link)
+        rest = self._rubbed(_sum(rest, self._total(step.link)), (line, other), (along, beside), step.link)
+        a, b = self._shares(rest, along, beside, step.link)
         self._apply(p, line, _sum(first, _times(along, a)), a)
         self._apply(q, other, _sum(second, _times(beside, b)), b)
         self._pass_on(p, step.link)
@@ -107,13 +121,22 @@ class Reactions:
         self.moment = -self._moment(step.link, p)
 
     def _hold_by_slot(self, step: PoseBySlot) -> None:
-        normal = self._moment(step.link, step.point) / self._equations.determinants[step.slot.name]
+        determinant = self._equations.determinants[step.slot.name]
+        normal = self._moment(step.link, step.point) / determinant
+        if step.slot.name in self._friction:
+            arm = minus(self._place(step.slot.pin), self._place(step.point))
+            normal = self._pressed(step.slot, normal, cross(arm, self._along(step.slot)) / determinant)
         self._press(step.slot, normal)
         self._hold(step.link, step.point)
 
     def _slide_in_slot(self, step: SlideInSlot) -> None:
         normal, other = self._normal_of_slide(step.slide), self._normal(step.slot)
-        a, b = self._shares(self._total(step.link), normal, other, step.slot.name)
+        total = self._total(step.link)
+        if step.slot.name in self._friction:
+            smooth, _ = self._shares(total, normal, other, step.slot.name)[::-1]
+            ratio = cross(normal, self._along(step.slot)) / self._equations.determinants[step.slot.name]
+            total = minus(total, self._rub(step.slot, self._pressed(step.slot, -smooth, ratio)))
+        a, b = self._shares(total, normal, other, step.slot.name)
         self._press(step.slot, -b)
         self._guide(step.slide, a, step.slot.pin)
 
@@ -131,6 +154,34 @@ class Reactions:
         """The multiples of two directions that balance a force; the cross product of the two is known of the joint."""
         determinant = self._equations.determinants[joint]
         return -(cross(rest, second) / determinant), -(cross(first, rest) / determinant)
+
+    def _rubbed(
+        self, rest: Local, loci: tuple[Locus, Locus], directions: tuple[Local, Local], joint: str
+    ) -> Local:  # fmt: skip
+        """What two loci balance, with the friction of the one that is a slot with some."""
+        for number, locus in enumerate(loci):
+            if isinstance(locus, Slot) and locus.name in self._friction:
+                smooth, along = self._shares(rest, *directions, joint)[number], self._along(locus)
+                turned = cross(along, directions[1]) if number == 0 else cross(directions[0], along)
+                size = self._pressed(locus, smooth, turned / self._equations.determinants[joint])
+                return _sum(rest, self._rub(locus, size))
+        return rest
+
+    def _pressed(self, slot: Slot, smooth: Number, ratio: Number) -> Number:
+        """The force across a slot with friction, from that without, and from C/D."""
+        coefficient, sense = self._friction[slot.name]
+        self.lock_ratios[slot.name] = ratio * coefficient
+        ratio = ratio * coefficient * sense
+        root, one = (1.0 - ratio * ratio).sqrt(), ratio.graph.constant(1.0)
+        left, right = smooth.call("maximum", self._zero), smooth.call("minimum", self._zero)
+        return (left * (one + ratio) + right * (one - ratio)) / (root * root)
+
+    def _rub(self, slot: Slot, size: Number) -> Local:
+        """The friction of a slot on its pin; none where it is smooth."""
+        if slot.name not in self._friction:
+            return self._zero, self._zero
+        coefficient, sense = self._friction[slot.name]
+        return _times(self._along(slot), -(coefficient * sense * abs(size)))
 
     def _apply(self, point: str, locus: Locus, force: Local, share: Number) -> None:
         """Note the force of a locus on a pin, and what follows on its link."""
@@ -168,7 +219,7 @@ class Reactions:
     def _press(self, slot: Slot, size: Number) -> None:
         """Note the force of a slot on its pin, and the reaction."""
         self.across[slot.name] = size
-        force = _times(self._normal(slot), size)
+        force = _sum(_times(self._normal(slot), size), self._rub(slot, size))
         self._pins[slot.pin] = _sum(self._pins[slot.pin], force)
         self._acting[slot.body].append((self._place(slot.pin), (-force[0], -force[1])))
 

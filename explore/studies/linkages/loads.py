@@ -7,13 +7,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from explore.base.errors import KeyPath
+from explore.base.errors import KeyPath, Problems
 from explore.base.suggest import closest_name, format_value, suggestion
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate
 from explore.mechanisms.linkages.graph import SENSES
 from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PointForce
 from explore.mechanisms.linkages.loads import AMOUNTS
-from explore.mechanisms.linkages.table import FRAME, carrier
+from explore.mechanisms.linkages.steps import DriveOnLines, JoinPoint, Step
+from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slot, carrier
 from explore.studies.linkages.coordinates import read_amount, read_pair
 from explore.studies.linkages.curves import CURVE, CurveReader
 from explore.studies.linkages.parameters import Located
@@ -25,6 +26,7 @@ _EXAMPLES = {
     "torques": "rocker = 2.5",
     "springs": 'return = { between = ["P", "Q"], rate = 400, rest = 60 }',
     "opposing": "ram = 40",
+    "friction": "ram = 0.1",
     "dampers": 'brake = { between = "ram", rate = 20 }',
 }
 #: Example of a torque between two links.
@@ -73,12 +75,14 @@ class LoadReader:
         if (count := sum(map(len, parts.values()))) > _MOST_ENTRIES:
             self._problems.append((key, f"has {count:,} entries; at most {_MOST_ENTRIES} are possible"))
             return None
-        if (count := len(parts["opposing"])) > _MOST_OPPOSED:
-            self._problems.append(((*key, "opposing"), f"has {count} entries; at most {_MOST_OPPOSED} are possible"))
+        if (count := len({*parts["opposing"], *parts["friction"]})) > _MOST_OPPOSED:
+            reason = f"has {count} motions with what opposes them or friction; at most {_MOST_OPPOSED} are possible"
+            self._problems.append((key, reason))
         masses = tuple(self._mass(name, entry) for name, entry in parts["masses"].items())
         forces = tuple(self._point_force(name, entry) for name, entry in parts["forces"].items())
         elements = [self._torque(name, entry) for name, entry in parts["torques"].items()]
         elements += [self._opposing(name, entry) for name, entry in parts["opposing"].items()]
+        elements += [self._friction(name, entry) for name, entry in parts["friction"].items()]
         elements += [self._spring(kind, name, entry) for kind in _RATES for name, entry in parts[kind].items()]
         if gravity is not None and not masses and not self._problems:
             self._problems.append(((*key, "gravity"), "acts on masses, and there is none; write them in masses"))
@@ -142,6 +146,13 @@ class LoadReader:
         self._check_turns((name,), key)
         return Element("opposing", name, (name,), self._amount(entry, key, "N m" if name in self._links else "N"))
 
+    def _friction(self, name: str, entry: object) -> Element:
+        key = (SECTION, "loads", "friction", name)
+        self._check_name(name, key, self._slots, "slot")
+        if name == self._driver:
+            self._problems.append((key, f"{name} is driven; friction there adds to the force of the drive"))
+        return Element("friction", name, (name,), self._amount(entry, key, "1"))
+
     def _spring(self, kind: str, name: str, entry: object) -> Element:
         key = (SECTION, "loads", kind, name)
         keys = ("between", "rate", *(("rest",) if kind == "springs" else ()))
@@ -204,7 +215,7 @@ class LoadReader:
         before = len(self._problems)
         coordinate = read_amount(entry, key, self._problems, unit)
         value = coordinate.steps[0][1]
-        if (unit in AMOUNTS or key[2] == "opposing") and not coordinate.names and value < 0.0:
+        if (unit in AMOUNTS or key[2] in ("opposing", "friction")) and not coordinate.names and value < 0.0:
             self._problems.append((key, f"must not be negative, got {value:g}"))
         elif unit in AMOUNTS and [operation for operation, _ in coordinate.steps] == ["input", "negate"]:
             self._problems.append((key, f"{coordinate.names[0]} is never negative, so this never is an amount"))
@@ -256,3 +267,15 @@ class LoadReader:
         names = list(known)
         if name not in names:
             self._problems.append((key, f"unknown {kind} {format_value(name)}; {suggestion(str(name), names)}"))
+
+
+def note_rough_joints(table: LinkageTable, steps: Iterable[Step], problems: Problems) -> None:
+    """Note points that two slots place which both have friction."""
+    rough = table.loads.rough_slots if table.loads else ()
+    for step in steps:
+        if isinstance(step, JoinPoint | DriveOnLines):
+            lines = [step.first, step.second] if isinstance(step, JoinPoint) else [step.first[1], step.second[1]]
+            both = [line.name for line in lines if isinstance(line, Slot) and line.name in rough]
+            if len(both) == 2:
+                reason = f"{both[0]} and {both[1]} hold one pin or link; only one of the two can have friction"
+                problems.append(((SECTION, "loads", "friction", both[1]), reason))
