@@ -557,6 +557,17 @@ def test_metrics_without_a_road_are_open():
     assert (proof.verdict, proof.open) == ("open", ["drive_torque cannot be certified: no enclosure is implemented"])
 
 
+def test_a_double_crank_has_a_box():
+    """Also where a metric needs strokes, of which it has none."""
+    metrics = ["swing_angle", "envelope_width", "footprint"]
+    rows = evaluated([(100.0, 110.0, 120.0, 50.0)], metrics, window="drive")
+    assert math.isnan(rows[0]["swing_angle"])
+    assert rows[0]["footprint"] > 0.0
+    assert certified(rows, metrics, window="drive")[0].verdict == "proved"
+    (proof,) = certified([rows[0] | {"footprint": rows[0]["footprint"] * (1 + 1e-9)}], metrics, window="drive").values()
+    assert proof.verdict == "refuted"
+
+
 @pytest.mark.parametrize(
     ("mechanism", "lengths"),
     [("crank-rocker", dict(zip(LENGTHS, PUBLISHED, strict=True))), ("slider-crank", {"crank": 100.0, "rod": 300.0})],

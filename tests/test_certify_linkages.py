@@ -182,6 +182,46 @@ def test_strokes_are_proved(window):
         assert (verdict, reason.startswith(f"{name} ")) == ("refuted", True), reason
 
 
+def test_reversals_where_the_slope_is_not_known_over_all_of_a_cell():
+    """Newton's method must go to the side of the zero there; the lever's end rests where the ram does."""
+    linkage, metrics = linkage_of(CASES["crank-shaper"]), ["time_ratio", "D_velocity_rms", "D_velocity_max"]
+    sizes = {"height": 115.902660, "crank": 50.146114, "lever": 254.184138, "link": 79.608311, "rise": 151.361902}
+    options = {"window": "forward", "tolerance": 1e-9}
+    (row,) = rows_of(linkage, {name: np.array([value]) for name, value in sizes.items()}, metrics, **options)
+    assert proofs_of(linkage_mechanism(linkage.table), [row], metrics, **options) == [("proved", "")]
+
+
+def test_a_speed_that_is_constant_is_proved():
+    linkage, metrics = linkage_of(CASES["crank-shaper"]), ["A_velocity_rms", "A_velocity_max", "A_acceleration_max"]
+    (row,) = rows_of(linkage, values_of(CASES["crank-shaper"]), metrics, window="cycle")
+    assert proofs_of(linkage_mechanism(linkage.table), [row], metrics, window="cycle") == [("proved", "")]
+    false = row | {"A_velocity_max": row["A_velocity_max"] * (1.0 - 1e-6)}
+    ((verdict, _),) = proofs_of(linkage_mechanism(linkage.table), [false], metrics, window="cycle")
+    assert verdict == "refuted"
+
+
+def test_angles_beside_half_a_turn_are_those_of_the_program():
+    """Which follows a link from the crank angle 0 on: at -90 deg the rocker is beyond 180 deg already."""
+    table = FOUR_BAR | {"frame": {"O": [0, 0], "C": [50, "-r4"]}, "branch": {"B": "right of A C"}}
+    linkage, metrics = Linkage(table), ["rocker_angle_min", "rocker_angle_max"]
+    lengths = {"r1": 60.0, "r2": 150.0, "r3": 120.0, "r4": np.array([90.0, 130.0, 170.0])}
+    rows = rows_of(linkage, lengths, metrics, window="cycle")
+    assert all(row["rocker_angle_min"] < 180.0 < row["rocker_angle_max"] for row in rows)
+    assert proofs_of(linkage_mechanism(linkage.table), rows, metrics, window="cycle") == [("proved", "")] * 3
+
+
+def test_forces_are_proved():
+    """Of masses under gravity and a spring; false ones are refuted."""
+    loads = {"gravity": [0, -9.81], "masses": {"coupler": {"mass": 2.0, "centroid": [100, 10], "inertia": 0.01}}}
+    linkage, metrics = Linkage(FOUR_BAR | {"loads": loads}), ["drive_torque_rms", "drive_power_max", "pin_force_peak"]
+    lengths = {"r1": 50.0, "r2": 200.0, "r3": 150.0, "r4": 180.0, "speed": np.array([1.0, 20.0])}
+    rows = rows_of(linkage, lengths, metrics, window="cycle")
+    mechanism = linkage_mechanism(linkage.table)
+    assert proofs_of(mechanism, rows, metrics, window="cycle") == [("proved", "")] * 2
+    false = [rows[1] | {name: rows[1][name] * (1.0 + 1e-6)} for name in metrics]
+    assert {verdict for verdict, _ in proofs_of(mechanism, false, metrics, window="cycle")} == {"refuted"}
+
+
 def test_means_of_a_function_with_an_antiderivative():
     """1/(a - cos(theta)), whose integral is 2 arctan(sqrt((a + 1)/(a - 1)) tan(theta/2))/sqrt(a^2 - 1)."""
     with ctx.workprec(128):

@@ -109,12 +109,12 @@ class Request:
         return (
             any(window.needs_stroke for window in windows)
             or any(metric.signal.needs_stroke for metric in self.sampled)
-            or any(map(_needs_stroke, self.all_metrics))
+            or any(map(needs_stroke, self.all_metrics))
         )
 
 
-def _needs_stroke(metric: AnyMetric | Parameter) -> bool:
+def needs_stroke(metric: AnyMetric | Parameter) -> bool:
     """Whether a closed-form metric, or an input that a formula does not do without, needs strokes."""
     if isinstance(metric, DerivedMetric):
-        return any(_needs_stroke(source) for source in metric.inputs if source.name not in metric.formula.optional)
+        return any(needs_stroke(source) for source in metric.inputs if source.name not in metric.formula.optional)
     return isinstance(metric, Metric) and metric.needs_stroke

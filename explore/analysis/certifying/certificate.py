@@ -14,7 +14,7 @@ from explore.mechanisms.linkages.declared import table_of
 from explore.mechanisms.linkages.metrics import REACH_NAMES
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import EXTREME_STATISTICS, DerivedMetric, Metric, SampledMetric, Signal
-from explore.model.request import Request
+from explore.model.request import Request, needs_stroke
 from explore.model.status import Status
 
 
@@ -52,9 +52,14 @@ class Certificate:
             return Enclosure.of(arb(known.metrics[metric.name]))
         if isinstance(metric, Metric):
             return self._closed_form(metric)
-        if self.status != Status.OK:
+        if self.status != Status.OK and not (isinstance(metric, DerivedMetric) and self._needs_no_stroke(metric)):
             return None
         return self._statistic(metric) if isinstance(metric, SampledMetric) else self._derived(metric)
+
+    def _needs_no_stroke(self, metric: DerivedMetric) -> bool:
+        """Whether the design has a motion without strokes, and the metric follows from closed forms that need none."""
+        own = self._mechanism.statuses.get(self.status)
+        return own is not None and own.lacks_strokes and not metric.sampled and not needs_stroke(metric)
 
     def _statistic(self, metric: SampledMetric) -> Enclosure | None:
         if metric.statistic in EXTREME_STATISTICS:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import cast
 
-from flint import arb, fmpq
+from flint import arb, ctx, fmpq
 
 from explore.analysis.certifying.arcs import Arc, angle_of_mark, driven_arc, extremes, full_turn, interval, window_arc
 from explore.analysis.certifying.ball_graph import BallGraph, Function
@@ -131,7 +131,9 @@ class Motion:
         function = self.function(quantity)
         if signal.extremes_at and window.kind != "clutch":
             return self._extremes_between(signal, arc, function)
-        low, high = extremes_by_subdivision(function, signal.name, arc.start, arc.stop, is_turn=arc.is_turn)
+        low, high = _constant(quantity.number, function) or extremes_by_subdivision(
+            function, signal.name, arc.start, arc.stop, is_turn=arc.is_turn
+        )
         if window.kind == "clutch":
             least = arb(0) if arc.length < self._period else abs(function.value(arc.start))
             return least, abs(low).max(abs(high))
@@ -206,3 +208,18 @@ class Motion:
         change = cast(Signal, self._mechanism.derivative(rate))  # every declaration with clutches has one
         rates = [self.function(self.quantity(signal)) for signal in (rate, change)]
         return driven_arc(rates[0], rates[1], self._arc(clutch), self._period)
+
+
+def _constant(number: Number, function: Function) -> tuple[arb, arb] | None:
+    """A number that is the same at all angles, twice; None for others.
+
+    A trigonometric polynomial of order n that is the same at 2 n + 1 equal steps is so everywhere; what its values
+    differ by is enlarged by at most their number.
+    """
+    if not math.isfinite(number.order):
+        return None
+    count = 2 * int(number.order) + 1
+    first, *others = [function.value(2 * arb.pi() * k / count) for k in range(count)]
+    spread = sum((abs(other - first).upper() for other in others), arb(0))
+    value = first + arb(0, spread.upper())
+    return (value, value) if value.rad() <= value.abs_upper() * arb(2) ** -(ctx.prec // 2) else None

@@ -90,7 +90,7 @@ def sign_changes(function: Expandable, name: str, start: arb, stop: arb) -> list
 
 def _zero(function: Expandable, cell: Cell, slope: arb) -> arb:
     """The zero in a cell in which a function has a slope, by Newton's method on intervals, else by bisection."""
-    place = cell.middle + arb(0, cell.half.upper())
+    place, rises = cell.middle + arb(0, cell.half.upper()), bool(slope > 0)
     for _ in range(ctx.prec):
         middle = place.mid()
         value = function.series(middle)[0][0]
@@ -98,10 +98,9 @@ def _zero(function: Expandable, cell: Cell, slope: arb) -> arb:
         if not better.rad() < place.rad() / 2:
             if value.contains(0):
                 return better
-            is_above = bool(value > 0) == bool(slope > 0)
-            better = middle.union(place.lower() if is_above else place.upper())
-        place = better
-        slope = slope.intersection(function.series(place)[0][1])
+            better = middle.union(place.lower() if bool(value > 0) == rises else place.upper())
+        place, slope_here = better, function.series(better)[0][1]
+        slope = slope.intersection(slope_here) if slope_here.is_finite() else slope
     return place
 
 
@@ -176,8 +175,12 @@ class _Search:
     def _peaks(self, cell: Cell, sign: int) -> list[arb] | None:
         """The peak in a cell in which the function is concave: none if it is monotonic, None if that is not decided."""
         low, high = cell.middle - cell.half, cell.middle + cell.half
-        if sign * self._series(low)[1] < 0 or sign * self._series(high)[1] > 0:
-            return []
+        for end, inwards in ((low, sign), (high, -sign)):
+            value, slope, *_ = self._series(end)
+            if inwards * slope < 0:
+                return []
+            if slope.contains(0):  # a concave function stays below its tangent
+                return [sign * value + arb(0, (2 * slope * cell.half).abs_upper())]
         place, near = cell.middle.mid(), arb(2) ** (-ctx.prec // 2)
         for _ in range(_MOST_STEPS):
             _, slope, bend, *_ = self._series(place)
