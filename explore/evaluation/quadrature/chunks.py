@@ -159,14 +159,14 @@ def _add_regular_panels(
 
 @subroutine()
 def add_panels(
-    constants, constant_count, begin, count, window, interval, breaks, singular_rows, variant_row,
+    constants, constant_count, begin, count, capacity, window, interval, breaks, singular_rows, variant_row,
     panels, first_panel, panel_count, owner, positions,
 ):  # fmt: skip
-    """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit.
+    """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit into a `capacity`.
 
-    Return the first design that is left, the number of panels and the stride.
+    Return the first design that is left, the number of panels and the stride, which is 1 below the full capacity.
     """
-    if len(breaks) == 0 and begin == 0 and count <= CHUNK:
+    if len(breaks) == 0 and begin == 0 and count <= CHUNK and capacity == PANEL_CAPACITY:
         per_design = _add_regular_panels(
             constants, constant_count, count, window, singular_rows, variant_row, panels, first_panel, panel_count,
             owner,
@@ -175,7 +175,7 @@ def add_panels(
             return count, per_design * count, count
     k = 0
     for i in range(begin, count):
-        if k + MOST_PANELS > PANEL_CAPACITY:
+        if k + MOST_PANELS > capacity:
             return i, k, 1
         first_panel[i] = k
         start = stop = 0.0

@@ -14,38 +14,29 @@ from explore.evaluation.quadrature import bounds
 from explore.evaluation.quadrature.adaptive import (
     ADAPTIVE_NODES,
     MOST_HALVINGS,
-    cut_panels,
     estimate_errors,
     halve_panels,
 )
 from explore.evaluation.quadrature.bin_filling import fill_bin
-from explore.evaluation.quadrature.bounds import CHUNK, FLAG_CV, FLAG_EXTREMES, FLAG_STD
-from explore.evaluation.quadrature.chunks import CLOSE_TYPE, add_panels, close_chunk, constant, sort_by_rule
-from explore.evaluation.quadrature.clutches import shorten_to_clutches
-from explore.evaluation.quadrature.ellipses import bound_rates_by_ellipse
+from explore.evaluation.quadrature.bounds import CHUNK, FLAG_EXTREMES
+from explore.evaluation.quadrature.chunks import CLOSE_TYPE, close_chunk, sort_by_rule
 from explore.evaluation.quadrature.equispaced import (
-    choose_equispaced,
     count_equispaced,
     has_left_panel,
-    leave_panels,
+    leave_panel,
 )
 from explore.evaluation.quadrature.magnitudes import fill_powers
 from explore.evaluation.quadrature.merging import bound_rows, choose_next, collect, merge, merge_regular
+from explore.evaluation.quadrature.opening import demands_of, open_window
 from explore.evaluation.quadrature.panels import (
-    LENGTH,
-    PANEL_CAPACITY,
-    SCALE,
-    TARGET,
-    bound_rates,
     count_nodes,
-    map_panels,
 )
-from explore.evaluation.quadrature.resolving import choose_next_counts, count_checks, open_turns
-from explore.evaluation.quadrature.slots import CLUTCH, KIND, ROOT_MEAN, ROOT_POWER_MEAN
+from explore.evaluation.quadrature.pieces import choose_next_pieces, count_again
+from explore.evaluation.quadrature.resolving import choose_next_counts, take_turns
+from explore.evaluation.quadrature.slots import CLUTCH, ROOT_MEAN, ROOT_POWER_MEAN
 from explore.evaluation.quadrature.storing import store
 from explore.evaluation.quadrature.tails import check_model
 from explore.evaluation.quadrature.tiles import FILL_TYPE
-from explore.evaluation.quadrature.windows import INTERVAL, TURN
 from explore.evaluation.quadrature.work_space import (
     CHUNK_WORK_TYPE,
     PANEL_SUMS_TYPE,
@@ -53,107 +44,11 @@ from explore.evaluation.quadrature.work_space import (
     TABLES_TYPE,
     TILE_WORK_TYPE,
 )
-from explore.evaluation.quadrature.zeros import cut_at_corners
 
-#: Natural logarithm of the tolerance over the modelled error at the first node count: room for rounding.
-HEADROOM = 0.5
-#: `HEADROOM` where a std or a cv is requested, which multiply the error by a few.
-HEADROOM_OF_CV = 1.5
 #: Largest number of node counts that are tried for one design and window.
 MOST_ROUNDS = 4
 
 _F1, _F2, _I1 = types.float64[::1], types.float64[:, ::1], types.int64[::1]
-
-
-@subroutine()
-def _demands(tables, w):
-    """Whether a window needs the ends of its panels and means of powers, the largest pole order, and the headroom."""
-    ends, powers, pole_order, headroom = tables.is_adaptive, False, 2, HEADROOM
-    for s in range(tables.flags.shape[1]):
-        if tables.flags[w, s]:
-            ends = ends or (tables.flags[w, s] & FLAG_EXTREMES) != 0
-            pole_order = max(pole_order, tables.orders[w, s])
-            headroom = HEADROOM_OF_CV if tables.flags[w, s] & (FLAG_STD | FLAG_CV) else headroom
-            powers = powers or tables.slots[w, s, ROOT_MEAN] >= 0 or tables.slots[w, s, ROOT_POWER_MEAN] >= 0
-    return ends, powers, pole_order, headroom
-
-
-@subroutine(allocates=True)
-def _open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, error, rare, work, tile, sums):
-    """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit; one, if adaptive.
-
-    Return the first design that is left, the numbers of panels, stride and panels to sample, and whether some are whole
-    turns. The error of a design with more corners than its panels are cut at is infinite.
-    """
-    until, count, stride = add_panels(
-        work.constants, sizes.n_constants, begin, begin + 1 if tables.is_adaptive else len(here), tables.windows[w],
-        tables.intervals[w], tables.breaks, tables.singular_rows, sizes.variant_row, work.panels, work.first_panel,
-        work.panel_count, work.owner, work.positions,
-    )  # fmt: skip
-    map_panels(work.panels, count, tables.singular_anchors)
-    if tables.is_located:
-        bound_rates(work.panels, count)
-        if tables.windows[w, KIND] == INTERVAL:
-            bound_rates_by_ellipse(work.panels, count)
-    for i in range(begin, until):
-        total = 0.0
-        for p in range(work.panel_count[i]):
-            total += work.panels[LENGTH + work.first_panel[i] + p * stride]
-        work.averaging[i], work.rest[i], work.live[i - begin] = total, 0.0, i
-        noise = sizes.noise_row
-        work.noise[i] = constant(work.constants, sizes.n_constants, noise, i) if noise >= 0 else 0.0
-    if rare is not None:
-        if tables.windows[w, CLUTCH]:
-            shorten_to_clutches(fill, sizes, tables.windows[w], count, work, tile)
-            map_panels(work.panels, count, tables.singular_anchors)
-        if tables.is_adaptive:
-            uncut = count
-            if len(tables.corner_rows) > 0:
-                count, is_missed = cut_at_corners(
-                    fill, disturbed_fill, sizes, tables.needs[w], tables.corner_rows, tables.corner_levels,
-                    tables.sense_count, work, tile, count,
-                )  # fmt: skip
-                error[here[begin]] = math.inf if is_missed else error[here[begin]]
-            count = cut_panels(work, sums, sizes.rows, count, uncut)
-            return until, count, stride, count, False
-    _, powers, pole_order, headroom = demands
-    target, per_design, share = math.log(tables.tolerance), 0, 0.0
-    for k in range(count):
-        if work.panel_count[work.owner[k]] != per_design:
-            # The errors of a design's panels add up.
-            per_design = work.panel_count[work.owner[k]]
-            share = max(headroom, HEADROOM + math.log(per_design))
-        work.panels[TARGET + k], work.todo[k] = target - share, k
-    count_nodes(work.panels, count, pole_order)
-    if tables.windows[w, KIND] != TURN or len(tables.breaks) > 0 or powers:
-        if tables.is_located:
-            leave_panels(work.panels, count)
-        return until, count, stride, count, False
-    if tables.is_resolved:
-        open_turns(work.panels, until)
-    else:
-        choose_equispaced(work.panels, until, pole_order, target - headroom, tables.is_located)
-    return until, count, stride, _drop_second_halves(until, sizes.rows, tables.flags[w], work, sums), True
-
-
-@subroutine()
-def _drop_second_halves(n, rows, flags, work, sums):
-    """Leave designs whose turn is one panel without their second one; return the number of panels to sample."""
-    for i in range(n):
-        if work.panels[SCALE + i] == 0.0:
-            work.panel_count[i], sums.masses[n + i] = 1, 0.0
-    for s in range(rows):
-        if flags[s]:
-            for i in range(n):
-                if work.panels[SCALE + i] == 0.0:
-                    at = s * PANEL_CAPACITY + n + i
-                    sums.integrals[at] = sums.deviations[at] = sums.tails[at] = 0.0
-    n_todo = n
-    for k in range(n, 2 * n):
-        if work.panel_count[k - n] == 2:
-            work.todo[n_todo] = k
-            n_todo += 1
-    return n_todo
 
 
 @subroutine()
@@ -178,14 +73,14 @@ def _sample_window(
     work, tile, sums,
 ):  # fmt: skip
     """Statistics of a window of the designs of the chunk from `begin` on, as many as fit; return the first left."""
-    demands = _demands(tables, w)
-    ends, powers, pole_order, _ = demands
-    until, count, stride, n_todo, has_turns = _open_window(
+    demands = demands_of(tables, w)
+    ends, powers, pole_order, _, pieces = demands
+    until, count, stride, n_todo, has_turns = open_window(
         fill, disturbed_fill, sizes, tables, w, begin, here, demands, error, rare, work, tile, sums
     )
     n = until - begin
     regular, per_design = begin == 0 and stride > 1 and until == len(here), count // n
-    for number in range(MOST_HALVINGS if tables.is_adaptive else MOST_ROUNDS):
+    for number in range(MOST_HALVINGS if tables.is_adaptive or tables.is_resolved else MOST_ROUNDS):
         if n == 0:
             break
         if tables.is_adaptive:
@@ -200,21 +95,26 @@ def _sample_window(
         )  # fmt: skip
         for k in range(n_bins):
             fill_bin(
-                fill, disturbed_fill, sizes, tables, w, work.starts[k], work.starts[k + 1], ends, extremes, rare, work,
-                tile, sums,
+                fill, disturbed_fill, sizes, tables, w, work.starts[k], work.starts[k + 1], ends, pieces, extremes,
+                rare, work, tile, sums,
             )  # fmt: skip
         collect(
-            work.bounds, work.panels, 0 if tables.is_adaptive else count, has_turns, n, work.live, work.first_panel,
-            work.panel_count, stride, 2 if ends else 0, work.averaging, work.rest, work.noise,
+            work.bounds, work.panels, 0 if tables.is_adaptive or pieces else count, has_turns, n, work.live,
+            work.first_panel, work.panel_count, stride, 2 if ends else 0, work.averaging, work.rest, work.noise,
         )  # fmt: skip
         _merge_rows(n, regular and number == 0, per_design, stride, tables.flags, w, work, sums)
         if tables.is_adaptive:
             if rare is not None:
                 work.bounds[bounds.TOTAL] = n_todo * (ADAPTIVE_NODES + 2)
-                estimate_errors(work, sums, w, tables.flags, count)
+                estimate_errors(work, sums, w, tables.flags, 1, 1)
+        elif pieces:
+            if rare is not None:
+                if number > 0:
+                    count_again(work, n, n_todo)
+                estimate_errors(work, sums, w, tables.flags, n, stride)
         elif tables.is_resolved:
             if rare is not None:
-                count_checks(work.bounds, n)
+                take_turns(work, sums, n, sizes.rows)
         else:
             check_model(
                 work.bounds, n, regular and number == 0, per_design, work.live, work.first_panel, work.panel_count,
@@ -222,7 +122,12 @@ def _sample_window(
             )  # fmt: skip
         bound_rows(n, w, sizes, tables, parameters, here, stride, work, sums)
         store(n, number == 0, here, stride, w, tables.flags, tables.slots, statistics, nodes, work, sums)
-        if tables.is_resolved:
+        if pieces:
+            if rare is not None:
+                n, n_todo = choose_next_pieces(
+                    work, sums, w, tables.flags, tables.tolerance, n, stride, sizes.is_disturbed != 0
+                )  # fmt: skip
+        elif tables.is_resolved:
             if rare is not None:
                 n = choose_next_counts(work.bounds, work.panels, n, work.live, tables.tolerance, work.todo)
             n_todo = n
@@ -239,6 +144,8 @@ def _sample_window(
                     work, sums, w, tables.flags, tables.tolerance, count, sizes.is_disturbed != 0
                 )  # fmt: skip
             n = min(n_todo, 1)
+    for j in range(n if tables.is_resolved else 0):
+        leave_panel(work.panels, work.first_panel[work.live[j]])
     for i in range(begin, until):
         error[here[i]] = max(error[here[i]], work.worst[i])
         may_be_left = tables.is_located or tables.is_resolved

@@ -25,7 +25,6 @@ from explore.evaluation.quadrature.panels import (
     TARGET,
     model_errors,
 )
-from explore.evaluation.quadrature.resolving import take_errors
 from explore.evaluation.quadrature.rounding import merge_roundings
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
 
@@ -149,8 +148,7 @@ def bound_rows(n, w, sizes, tables, parameters, here, stride, work, sums):
     """Fill the bounds of all rows of the live designs, and their worst.
 
     The rounding of a row follows from disturbed samples, from its terms, or from rows that are relative to the same
-    parameter: others have other units. The error of the quadrature is that of the model, or what samples tell: of
-    resolved turns, or of the only live design of the adaptive rule.
+    parameter: others have other units. The error of the quadrature is that of the model, or what samples tell.
     """
     b, means, variances, terms = work.bounds, work.means, work.variances, work.terms
     for row in (bounds.WORST, bounds.IMPROVABLE):
@@ -168,11 +166,10 @@ def bound_rows(n, w, sizes, tables, parameters, here, stride, work, sums):
         for s in range(flags.shape[1]):
             if _is_bounded(flags, w, references, reference, s):
                 of_row = flags[w, s]
-                if tables.is_resolved:
-                    take_errors(b, n, s, work.live, sums.tails)
-                    of_row &= ~FLAG_RESIDUAL
-                elif tables.is_adaptive:
-                    b[bounds.SECOND] = b[bounds.FOURTH] = b[bounds.SIXTH] = work.estimates[s]
+                if tables.is_resolved or tables.is_adaptive:
+                    for j in range(n):
+                        error = work.estimates[s * CHUNK + j]
+                        b[bounds.SECOND + j] = b[bounds.FOURTH + j] = b[bounds.SIXTH + j] = error
                     of_row &= ~FLAG_RESIDUAL
                 has_terms, at = sizes.is_disturbed != 0 or tables.term_rows[s] >= 0, tables.term_rows[s] * CHUNK
                 if sizes.is_disturbed:

@@ -18,7 +18,7 @@ from explore.base.compiling import LANES
 from explore.base.lanes.elementary import tangent
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature import bounds
-from explore.evaluation.quadrature.bounds import FLAG_SQUARES, FLAG_TERMS
+from explore.evaluation.quadrature.bounds import CHUNK, FLAG_SQUARES, FLAG_TERMS
 from explore.evaluation.quadrature.equispaced import leave_panel
 from explore.evaluation.quadrature.panels import CENTRE, COUNT, DECAY, HALF, PANEL_CAPACITY, RATE, SCALE
 from explore.evaluation.quadrature.tiles import DEVIATIONS, FIRST_TAIL, INTEGRAL, SUMS_SIZE
@@ -32,11 +32,11 @@ _PLACES = (0.0791, 0.1905, 0.3017, 0.4366)
 #: Number of angles where the interpolant is compared with the signal.
 CHECKS = 2 * len(_PLACES)
 #: Number of projections of sums, and of as many differences, of samples at opposite angles that are filled at once.
-_TOGETHER = 4
+TOGETHER = 4
 #: Number of such fours.
-_FOURS = (_ORDERS + len(_PLACES)) // _TOGETHER
+_FOURS = (_ORDERS + len(_PLACES)) // TOGETHER
 #: Size of the work space for the projections of a signal.
-PARTS_SIZE = 2 * _FOURS * _TOGETHER * LANES
+PARTS_SIZE = 2 * _FOURS * TOGETHER * LANES
 #: Factor on the largest coefficient, because coefficients of a double pole grow up to the inverse of its distance.
 _GROWTH = 4.0
 #: Share of the expected number of nodes with which one more round is tried.
@@ -58,7 +58,7 @@ def turn_factors() -> npt.NDArray[np.float64]:
         here, there = (0.5 * np.sin(count * half) / (count * np.tan(half)) for half in (here, there))
         of_sums = np.concatenate([2.0 / count * np.cos(waves), here + there])
         of_differences = np.concatenate([2.0 / count * np.sin(waves), here - there])
-        both = np.stack([of_sums, of_differences]).reshape(2, _FOURS, _TOGETHER, count // 2)
+        both = np.stack([of_sums, of_differences]).reshape(2, _FOURS, TOGETHER, count // 2)
         tables.append(both.transpose(1, 3, 0, 2).ravel())
     return np.concatenate(tables)
 
@@ -81,14 +81,14 @@ def place_checks(count, tangents):
 
 
 @subroutine(fast=True, no_alias=True)
-def _project(signals, rows, s, count, factors, means, parts):
+def project(signals, rows, s, count, factors, means, parts):
     """Fill four projections of sums, and four of differences, of the deviations of a row at opposite angles."""
     # LLVM would unroll a loop of constant length instead of vectorising it.
     width = len(means)
-    for k in range(2 * _TOGETHER * LANES):
+    for k in range(2 * TOGETHER * LANES):
         parts[k] = 0.0
     for j in range(0, count // 2, 2):
-        f = factors[2 * _TOGETHER * j :]
+        f = factors[2 * TOGETHER * j :]
         a1, a2, a3, a4, b1, b2, b3, b4 = f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7]
         c1, c2, c3, c4, d1, d2, d3, d4 = f[8], f[9], f[10], f[11], f[12], f[13], f[14], f[15]
         x1, x2 = signals[(j * rows + s) * LANES :], signals[((count - 1 - j) * rows + s) * LANES :]
@@ -115,7 +115,7 @@ def resolve_rows(signals, rows, flags, count, factors, tile_sums, parts):
     """
     begin = 0
     for fewer in COUNTS:
-        begin += _FOURS * _TOGETHER * fewer if fewer < count else 0
+        begin += _FOURS * TOGETHER * fewer if fewer < count else 0
     for s in range(rows):
         if not flags[s] or flags[s] == FLAG_TERMS:
             continue
@@ -124,9 +124,9 @@ def resolve_rows(signals, rows, flags, count, factors, tile_sums, parts):
         for lane in range(LANES):
             means[lane] = row[INTEGRAL + lane] / (2.0 * math.pi)
         for four in range(_FOURS):
-            _project(
-                signals, rows, s, count, factors[begin + four * _TOGETHER * count :], means,
-                parts[2 * _TOGETHER * four * LANES :],
+            project(
+                signals, rows, s, count, factors[begin + four * TOGETHER * count :], means,
+                parts[2 * TOGETHER * four * LANES :],
             )  # fmt: skip
         for lane in range(LANES):
             means[lane] = _error(signals, rows, s, count, flags[s], lane, means[lane], row[DEVIATIONS + lane], parts)
@@ -137,8 +137,8 @@ def _error(signals, rows, s, count, flags, lane, mean, deviations, parts):
     """The error of the mean of a row in one lane, relative; infinite if all samples are equal."""
     highest = difference = 0.0
     for k in range(_ORDERS + CHECKS // 2):
-        at = (2 * (k // _TOGETHER) * _TOGETHER + k % _TOGETHER) * LANES + lane
-        of_sums, of_differences = parts[at], parts[at + _TOGETHER * LANES]
+        at = (2 * (k // TOGETHER) * TOGETHER + k % TOGETHER) * LANES + lane
+        of_sums, of_differences = parts[at], parts[at + TOGETHER * LANES]
         if k < _ORDERS:
             highest = max(highest, of_sums * of_sums + of_differences * of_differences)
             continue
@@ -151,19 +151,13 @@ def _error(signals, rows, s, count, flags, lane, mean, deviations, parts):
 
 
 @subroutine()
-def take_errors(b, n, s, live, tails):
-    """Fill the errors of a row of the live designs in place of those of a model."""
+def take_turns(work, sums, n, rows):
+    """Fill the errors of all rows of the live designs, which are their tails; count the angles of comparison."""
+    for s in range(rows):
+        for j in range(n):
+            work.estimates[s * CHUNK + j] = sums.tails[s * PANEL_CAPACITY + work.live[j]]
     for j in range(n):
-        error = tails[s * PANEL_CAPACITY + live[j]]
-        b[bounds.SECOND + j] = b[bounds.FOURTH + j] = b[bounds.SIXTH + j] = error
-
-
-@subroutine()
-def count_checks(b, n):
-    """Count the angles of comparison of the live designs among their nodes; no model is exceeded."""
-    for j in range(n):
-        b[bounds.TOTAL + j] += CHECKS
-        b[bounds.EXCESS + j] = 0.0
+        work.bounds[bounds.TOTAL + j] += CHECKS
 
 
 @subroutine()

@@ -15,7 +15,7 @@ NODE_CAPACITY = LARGEST_NODE_COUNT + 4
 TILE_HALF, TILE_UP, TILE_DOWN, TILE_CENTRE, TILE_SCALE, TILE_RESOLUTION, _DECAY = (row * LANES for row in range(7))
 SHAPE_SIZE = 7 * LANES
 # Rows of the sums over a tile's nodes of one signal: integrals, mean, the two parts of its tail.
-INTEGRAL, DEVIATIONS, _MEAN, FIRST_TAIL, SECOND_TAIL = (row * LANES for row in range(5))
+INTEGRAL, DEVIATIONS, MEAN, FIRST_TAIL, SECOND_TAIL = (row * LANES for row in range(5))
 SUMS_SIZE = 5 * LANES
 #: Smallest resolution: rounding hides finer steps.
 _FINEST = 1e-8
@@ -117,7 +117,7 @@ def _add_deviations(signals, rows, flags, j, last, weights, roots, factors, sums
         x1, x2, x3, x4 = _four_nodes(signals, rows, s, j, last)
         row = sums[s * SUMS_SIZE :]
         for lane in range(width):
-            mean = row[_MEAN + lane]
+            mean = row[MEAN + lane]
             y1, y2, y3, y4 = x1[lane] - mean, x2[lane] - mean, x3[lane] - mean, x4[lane] - mean
             squares = (w1[lane] * y1 * y1 + w2[lane] * y2 * y2) + (w3[lane] * y3 * y3 + w4[lane] * y4 * y4)
             row[DEVIATIONS + lane] = row[DEVIATIONS + lane] + squares
@@ -156,17 +156,19 @@ def fill_moments(signals, rows, flags, count, weights, roots, factors, masses, s
         _add_integrals(signals, rows, flags, j, count - 1, weights, masses, sums)
     for s in range(rows):
         row = sums[s * SUMS_SIZE :]
-        for lane in range(width):
-            row[_MEAN + lane] = row[INTEGRAL + lane] / masses[lane]
+        for lane in range(width if flags[s] else 0):
+            row[MEAN + lane] = row[INTEGRAL + lane] / masses[lane]
     for j in range(0, count, 4):
         _add_deviations(signals, rows, flags, j, count - 1, weights, roots, factors, sums, width)
 
 
 @subroutine(fast=True)
-def join_tails(sums, rows, is_adaptive, shape):
+def join_tails(sums, rows, flags, is_adaptive, shape):
     """Replace the first parts of tails by the tails, which `explore.evaluation.quadrature.tails` describes."""
     decay = shape[_DECAY:]
     for s in range(rows):
+        if not flags[s]:
+            continue
         first, second = sums[s * SUMS_SIZE + FIRST_TAIL :], sums[s * SUMS_SIZE + SECOND_TAIL :]
         if is_adaptive:
             for lane in range(LANES):

@@ -12,12 +12,14 @@ from numba import types
 from explore.base.compiling import LANES
 from explore.evaluation.quadrature.bounds import BOUNDS_SIZE, CHUNK
 from explore.evaluation.quadrature.chunks import CODES, MOST_KINDS
+from explore.evaluation.quadrature.corners import MOST_PARTS, SEARCH_SIZE
 from explore.evaluation.quadrature.extremes import STATE_SIZE
 from explore.evaluation.quadrature.hand_over import HAND_OVER_SIZE
 from explore.evaluation.quadrature.panels import PANEL_CAPACITY, PANELS_SIZE
 from explore.evaluation.quadrature.resolving import PARTS_SIZE
 from explore.evaluation.quadrature.rounding import STRIDE
 from explore.evaluation.quadrature.tiles import NODE_CAPACITY, SHAPE_SIZE, SUMS_SIZE
+from explore.evaluation.quadrature.zeros import MOST_ZEROS
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -86,11 +88,12 @@ class Tables(NamedTuple):
         Whether these may stand above any angle: full turns have equal steps, and designs that would need too many are
         left to the adaptive rule.
     is_resolved
-        Whether turns have as many equal steps as resolve their signals; see `explore.evaluation.quadrature.resolving`.
+        Whether turns have as many equal steps as resolve their signals, and their pieces, where they are cut, as many
+        nodes; see `explore.evaluation.quadrature.resolving` and `explore.evaluation.quadrature.pieces`.
     size_of, row_of, rules
         From `explore.evaluation.quadrature.rules`.
-    turn_factors
-        From `explore.evaluation.quadrature.resolving`.
+    turn_factors, piece_factors
+        From `explore.evaluation.quadrature.resolving` and `explore.evaluation.quadrature.pieces`.
     """
 
     windows: IntArray
@@ -115,6 +118,7 @@ class Tables(NamedTuple):
     row_of: IntArray
     rules: FloatArray
     turn_factors: FloatArray
+    piece_factors: FloatArray
 
 
 class TileWork(NamedTuple):
@@ -137,6 +141,7 @@ class TileWork(NamedTuple):
     few_tangents: FloatArray
     disturbed: FloatArray
     parts: FloatArray
+    search: FloatArray
 
 
 class PanelSums(NamedTuple):
@@ -164,20 +169,21 @@ class ChunkWork(NamedTuple):
 
     Attributes
     ----------
-    record, constants, positions
-        One tile of records, the constants of the chunk, the breaks of one design.
+    record, constants, positions, corners
+        One tile of records, the constants of the chunk, the breaks of one design, the zeros of each panel.
     panels, owner, todo, order, codes, starts, kinds, histogram
         The panels of one window, the design of each, and their order by rule.
     first_panel, panel_count, live, averaging, rest, noise, worst, excess
         For each design its panels, whether it needs more nodes, lengths, amplification of rounding, bound, excess of
         `explore.evaluation.quadrature.tails.check_model`.
     bounds, means, variances, terms, row_bounds, final_bounds, estimates
-        Statistics of the live designs, row after row; for each row the error that the adaptive rule estimates.
+        Statistics of the live designs, row after row; `estimates` are the errors that samples tell of.
     """
 
     record: FloatArray
     constants: FloatArray
     positions: FloatArray
+    corners: FloatArray
     panels: FloatArray
     owner: IntArray
     todo: IntArray
@@ -206,12 +212,12 @@ class ChunkWork(NamedTuple):
 SIZES_TYPE = types.NamedUniTuple(_INT, 8, Sizes)
 TABLES_TYPE = types.NamedTuple(
     (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, _I2, _F1, types.int64[:, :, ::1], _INT, _FLOAT,
-     types.boolean, types.boolean, types.boolean, _I1, _I1, types.float64[:, ::1], _F1),
+     types.boolean, types.boolean, types.boolean, _I1, _I1, types.float64[:, ::1], _F1, _F1),
     Tables,
 )  # fmt: skip
-TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 14), TileWork)
+TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 15), TileWork)
 PANEL_SUMS_TYPE = types.NamedUniTuple(_F1, 10, PanelSums)
-CHUNK_WORK_TYPE = types.NamedTuple((*[_F1] * 4, *[_I1] * 10, *[_F1] * 12), ChunkWork)
+CHUNK_WORK_TYPE = types.NamedTuple((*[_F1] * 5, *[_I1] * 10, *[_F1] * 12), ChunkWork)
 
 
 def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, PanelSums]:
@@ -219,14 +225,15 @@ def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, P
     n, rows, few = sizes.n_constants, sizes.rows, NODE_CAPACITY // STRIDE + 1
     chunk = ChunkWork(
         record=np.zeros(sizes.record_rows * LANES), constants=np.empty((CHUNK + LANES) * n),
-        positions=np.empty(max(n_breaks, 1)), panels=np.zeros(PANELS_SIZE), owner=_integers(PANEL_CAPACITY),
-        todo=_integers(PANEL_CAPACITY), order=_integers(PANEL_CAPACITY), codes=_integers(PANEL_CAPACITY),
-        starts=_integers(PANEL_CAPACITY + 1), kinds=_integers(MOST_KINDS), histogram=_integers(MOST_KINDS * CODES + 1),
+        positions=np.empty(max(n_breaks, 1)), corners=np.empty(PANEL_CAPACITY // MOST_PARTS * MOST_ZEROS),
+        panels=np.zeros(PANELS_SIZE), owner=_integers(PANEL_CAPACITY), todo=_integers(PANEL_CAPACITY),
+        order=_integers(PANEL_CAPACITY), codes=_integers(PANEL_CAPACITY), starts=_integers(PANEL_CAPACITY + 1),
+        kinds=_integers(MOST_KINDS), histogram=_integers(MOST_KINDS * CODES + 1),
         first_panel=_integers(CHUNK), panel_count=_integers(CHUNK), live=_integers(CHUNK), averaging=np.empty(CHUNK),
         rest=np.empty(CHUNK), noise=np.empty(CHUNK), worst=np.empty(CHUNK), excess=np.zeros(CHUNK),
         bounds=np.zeros(BOUNDS_SIZE), terms=np.empty(CHUNK), means=np.empty(rows * CHUNK),
         variances=np.empty(rows * CHUNK), row_bounds=np.empty(rows * CHUNK), final_bounds=np.empty(rows * CHUNK),
-        estimates=np.empty(rows),
+        estimates=np.empty(rows * CHUNK),
     )  # fmt: skip
     tile = TileWork(
         lane_panels=_integers(LANES), lane_designs=_integers(LANES), offsets=np.empty(LANES, np.uint64),
@@ -235,7 +242,7 @@ def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, P
         factors=np.empty(2 * NODE_CAPACITY), signals=np.empty(rows * NODE_CAPACITY * LANES),
         sums=np.empty(rows * SUMS_SIZE), state=np.zeros(max(STATE_SIZE, HAND_OVER_SIZE)), node=np.empty(LANES),
         node_signals=np.empty(rows * LANES), few_tangents=np.empty(few * LANES),
-        disturbed=np.empty(rows * few * LANES), parts=np.empty(PARTS_SIZE),
+        disturbed=np.empty(rows * few * LANES), parts=np.empty(PARTS_SIZE), search=np.zeros(SEARCH_SIZE),
     )  # fmt: skip
     of_rows = rows * PANEL_CAPACITY
     sums = PanelSums(np.empty(PANEL_CAPACITY), *(np.empty(of_rows) for _ in range(9)))

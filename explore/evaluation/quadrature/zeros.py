@@ -26,7 +26,7 @@ _FEWEST_TILES = 16
 #: Number of tiles of samples per length in t, where all singularities are at least pi/2 off the real axis.
 _TILES_PER_LENGTH = 2.0
 #: Largest number of places on one panel where a row is at one level.
-_MOST_ZEROS = 64
+MOST_ZEROS = 64
 #: Largest number of places that one panel is cut at.
 _MOST_PLACES = 192
 #: Largest number of panels of one window after cuts.
@@ -93,7 +93,7 @@ def _find_crossing(fill, needs, row, level, panels, k, low, high, at_low, best, 
 
 
 @subroutine()
-def _insert(panels, k, position, zeros, count, most):
+def insert(panels, k, position, zeros, count, most):
     """Insert a zero into the ascending positions of others, unless it is one of them or an end; return their number.
 
     It is `most` + 1 where there is no room.
@@ -154,21 +154,21 @@ def _collect_zeros(fill, needs, row, level, panels, k, last, count, most, tile):
         sign = 1.0 if own > 0.0 else -1.0
         if j > 0 and (former > 0.0) != (own > 0.0):
             zero = _find_zero(fill, needs, row, level, panels, k, before, here, former > 0.0, tile)
-            count = _insert(panels, k, zero, tile.state, count, most)
+            count = insert(panels, k, zero, tile.state, count, most)
         left, value, right = sign * former, sign * own, sign * later
         if value > min(left, right) or value == max(left, right):
             continue
         crossing = _find_crossing(fill, needs, row, level, panels, k, before, after, left, value, right, sign, tile)
         if crossing == crossing:  # not NaN
             zero = _find_zero(fill, needs, row, level, panels, k, before, crossing, sign > 0.0, tile)
-            count = _insert(panels, k, zero, tile.state, count, most)
+            count = insert(panels, k, zero, tile.state, count, most)
             zero = _find_zero(fill, needs, row, level, panels, k, crossing, after, sign < 0.0, tile)
-            count = _insert(panels, k, zero, tile.state, count, most)
+            count = insert(panels, k, zero, tile.state, count, most)
     return count
 
 
 @subroutine()
-def _angle(panels, k, position):
+def half_angle(panels, k, position):
     """Half the angle from the anchor at a position of panel k, rad."""
     growth = math.exp(panels[CENTRE + k] + panels[HALF + k] * position)
     return math.atan(0.5 * panels[SCALE + k] * (growth - 1.0 / growth))
@@ -236,7 +236,7 @@ def _cut(fill, disturbed_fill, sizes, needs, corner_rows, corner_levels, tells_s
             row, terms_row = corner_rows[i, 0], corner_rows[i, 1]
             if i == 0 or row != corner_rows[i - 1, 0]:
                 last = _sample_row(fill, needs, sizes.rows, row, terms_row, work.noise[design], panels, k, tile)
-            most = min(found + _MOST_ZEROS, _MOST_PLACES, max(_MOST_PANELS - number, found))
+            most = min(found + MOST_ZEROS, _MOST_PLACES, max(_MOST_PANELS - number, found))
             found = _collect_zeros(fill, needs, row, corner_levels[i], panels, k, last, found, most, tile)
             if found > most:
                 found, is_missed = most, True
@@ -246,10 +246,10 @@ def _cut(fill, disturbed_fill, sizes, needs, corner_rows, corner_levels, tells_s
             for i in range(len(corner_rows)):
                 row, weight = corner_rows[i, 0], float(1 << 2 * i)
                 _tell_senses(fill, disturbed_fill, needs, row, panels, k, found, weight, tile)
-        centre, half, end, at_end = panels[CENTRE + k], panels[HALF + k], 1.0, _angle(panels, k, 1.0)
+        centre, half, end, at_end = panels[CENTRE + k], panels[HALF + k], 1.0, half_angle(panels, k, 1.0)
         for i in range(found, -1, -1):  # the first part replaces the panel
             begin, to = zeros[i - 1] if i > 0 else -1.0, number if i > 0 else k
-            at_begin = _angle(panels, k, begin)
+            at_begin = half_angle(panels, k, begin)
             place_part(panels, work.owner, k, to, centre + 0.5 * half * (begin + end), 0.5 * half * (end - begin))
             panels[LENGTH + to] = 2.0 * (at_end - at_begin)
             if tells_senses:

@@ -1,0 +1,300 @@
+"""Places where signals reach levels, at which others have corners, of many designs at once: panels are cut there.
+
+Changes of sign between samples less the level are brackets of zeros, which Chandrupatla's method narrows in all lanes
+(T. R. Chandrupatla, A new hybrid quadratic/bisection algorithm, Advances in Engineering Software 28, 1997). A dip may
+hide a pair of zeros between two samples: where a parabola does not clear 0 by a margin, the design is left to the
+adaptive rule, whose search `explore.evaluation.quadrature.zeros` is denser.
+"""
+
+from explore.base.compiling import LANES
+from explore.base.subroutines import subroutine
+from explore.evaluation.quadrature.adaptive import place_part
+from explore.evaluation.quadrature.bounds import ROUNDING
+from explore.evaluation.quadrature.brent import TRIAL, fill_trial_tangents
+from explore.evaluation.quadrature.chunks import gather_constants, sort_by_rule
+from explore.evaluation.quadrature.equispaced import leave_panel
+from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, COUNT, HALF, LAW, LENGTH, SINGULAR, VARIANT
+from explore.evaluation.quadrature.pieces import fewest_nodes
+from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, gather_shapes, place_nodes
+from explore.evaluation.quadrature.zeros import MOST_ZEROS, half_angle, insert
+
+#: Largest number of parts of a design's panels, over the number of panels.
+MOST_PARTS = 4
+#: Smallest number of nodes of a panel that is searched for zeros.
+_FEWEST_NODES = 24
+#: Factor on the depth of a dip below its samples, as a parabola tells, which 0 has to be clear of.
+_MARGIN = 8.0
+#: Slope at an end that is a zero, over curvature times distance to the next sample, that tells it is the only one.
+_CLEAR = 0.2
+#: Distances of looks from an end, over the distance to the node next to it.
+_LOOKS = tuple(8.0**-k for k in range(1, 7))
+# What is doubtful of a row on a panel: an end, the other end, both, or a dip between its nodes.
+_FIRST_END, _LAST_END, _DIP = 1.0, 2.0, 4.0
+#: Number of steps that narrow a bracket to rounding, at most.
+_MOST_STEPS = 80
+#: Largest width of a bracket that is a zero, half lengths of the panel.
+_WIDTH = 4e-16
+
+# Rows of the state of the search, after those of `brent.fill_trial_tangents`: both ends of the bracket and the point
+# before, their values, the step as a share of the bracket, whether the lane is at work, the next sample to look at,
+# what is doubtful.
+_X1, _X2, _X3, _F1, _F2, _F3, _SHARE, _ACTIVE, _NEXT, _DOUBT = ((TRIAL // LANES + 1 + row) * LANES for row in range(10))
+#: Size of the state.
+SEARCH_SIZE = _DOUBT + LANES
+
+
+@subroutine()
+def cut_pieces(fill, sizes, tables, w, begin, until, count, work, tile):
+    """Cut the panels of the designs from `begin` to `until` where rows are at levels; return the number of panels.
+
+    They are in the order of the designs. Designs that are left to the adaptive rule keep their panels.
+    """
+    panels = work.panels
+    for k in range(count):
+        work.todo[k], panels[COUNT + k] = k, float(fewest_nodes(panels, k, _FEWEST_NODES))
+    n_bins = sort_by_rule(
+        panels, work.todo, count, tables.size_of, work.kinds, work.codes, work.histogram, work.order, work.starts
+    )
+    for k in range(count):
+        work.codes[k] = 0
+    for b in range(n_bins):
+        for start in range(work.starts[b], work.starts[b + 1], LANES):
+            lanes = min(LANES, work.starts[b + 1] - start)
+            _search_tile(fill, sizes, tables, w, work.order[start : start + lanes], work, tile)
+    return _rebuild(work, begin, until)
+
+
+@subroutine()
+def _search_tile(fill, sizes, tables, w, chosen, work, tile):
+    """Find where rows are at levels on the chosen panels: number in `codes`, -1 for doubtful, and positions."""
+    panels, needs = work.panels, tables.needs[w]
+    for lane in range(LANES):
+        tile.lane_panels[lane] = chosen[min(lane, len(chosen) - 1)]
+        tile.lane_designs[lane] = work.owner[tile.lane_panels[lane]]
+    gather_constants(
+        work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
+    )  # fmt: skip
+    gather_shapes(panels, tile.lane_panels, True, tile.shape)
+    k = chosen[0]
+    anchor, law, variant, count = (
+        int(panels[ANCHOR + k]), int(panels[LAW + k]), int(panels[VARIANT + k]), int(panels[COUNT + k])
+    )  # fmt: skip
+    place_nodes(tile.shape, count, True, tables.row_of, tables.rules, tile.tangents, tile.weights)
+    fill(tile.constants, tile.tangents, anchor, law, variant, count + 2, needs, tile.signals)
+    state = tile.search
+    for c in range(len(tables.corner_rows)):
+        row, terms_row, level = tables.corner_rows[c, 0], tables.corner_rows[c, 1], tables.corner_levels[c]
+        doubtful_ends = False
+        for lane in range(LANES):
+            state[_NEXT + lane], noise = 1.0, work.noise[tile.lane_designs[lane]]
+            rounding = ROUNDING * (1.0 + noise * (1.0 + noise))
+            _take_row(sizes.rows, row, terms_row, level, rounding, count + 2, lane, tile)
+            state[_DOUBT + lane] = _doubt(tile, tables.row_of[count], tables.rules, count, lane)
+            doubtful_ends = doubtful_ends or 0.0 < state[_DOUBT + lane] < _DIP
+        if doubtful_ends:
+            gap = 1.0 - tables.rules[tables.row_of[count], 0]
+            _look_beside_ends(fill, anchor, law, variant, needs, row, level, gap, count, tile)
+        for lane in range(len(chosen)):
+            if state[_DOUBT + lane] > 0.0:
+                work.codes[chosen[lane]] = -1
+        while _next_brackets(tile, tables.row_of[count], tables.rules, count, len(chosen)):
+            _narrow(fill, anchor, law, variant, needs, row, level, tile)
+            for lane in range(len(chosen)):
+                k = chosen[lane]
+                if state[_X1 + lane] > -1.0 and work.codes[k] >= 0:
+                    zeros = work.corners[k * MOST_ZEROS : (k + 1) * MOST_ZEROS]
+                    found = insert(panels, k, state[_X1 + lane], zeros, work.codes[k], MOST_ZEROS)
+                    work.codes[k] = found if found <= MOST_ZEROS else -1
+
+
+@subroutine()
+def _take_row(rows, row, terms_row, level, rounding, samples, lane, tile):
+    """Fill the samples of a row less the level in one lane, and bounds of their rounding errors.
+
+    Where the size of its terms is not known, a row is rounded like its largest sample.
+    """
+    values, roundings, largest = tile.roots, tile.weights, 0.0
+    for j in range(samples):
+        value = tile.signals[(j * rows + row) * LANES + lane]
+        values[j * LANES + lane], largest = value - level, max(largest, abs(value))
+    for j in range(samples):
+        terms = tile.signals[(j * rows + terms_row) * LANES + lane] if terms_row >= 0 else largest
+        roundings[j * LANES + lane] = rounding * terms
+
+
+@subroutine(inlined=True)
+def _place(table, rule, count, j):
+    """Position of a sample of a rule with the two ends, between -1 and 1."""
+    if j == 0 or j == count + 1:
+        return -1.0 if j == 0 else 1.0
+    return -table[rule + j - 1, 0] if 2 * (j - 1) < count else table[rule + count - j, 0]
+
+
+@subroutine()
+def _doubt(tile, rule, table, count, lane):
+    """Where zeros may be that samples of a row less its level do not show: in a dip, beside an end that is zero."""
+    doubt = 0.0
+    for j in range(1, count + 1):
+        before, here = tile.roots[(j - 1) * LANES + lane], tile.roots[j * LANES + lane]
+        after = tile.roots[(j + 1) * LANES + lane]
+        sign = 1.0 if here > 0.0 else -1.0
+        before, here, after = sign * before, sign * here, sign * after
+        if here <= tile.weights[j * LANES + lane] and max(abs(before), abs(after)) <= tile.weights[j * LANES + lane]:
+            continue
+        x0, x1 = _place(table, rule, count, j - 1), _place(table, rule, count, j)
+        x2 = _place(table, rule, count, j + 1)
+        to_left, to_right = (here - before) / (x1 - x0), (after - here) / (x2 - x1)
+        curvature = (to_right - to_left) / (x2 - x0)
+        if curvature <= 0.0:
+            continue
+        if before > 0.0 and after > 0.0 and here <= min(before, after):
+            slope = (to_left * (x2 - x1) + to_right * (x1 - x0)) / (x2 - x0)
+            if here <= _MARGIN * 0.25 * slope * slope / curvature:
+                return _DIP
+        if j == 1 and abs(before) <= tile.weights[lane] + here and after > 0.0:
+            slope = to_left - curvature * (x1 - x0)
+            if before + min(0.0, slope) * (x1 - x0) <= tile.weights[lane] and slope < _CLEAR * curvature * (x1 - x0):
+                doubt += _FIRST_END
+        if j == count and abs(after) <= tile.weights[(count + 1) * LANES + lane] + here and before > 0.0:
+            slope = -to_right - curvature * (x2 - x1)
+            least = after + min(0.0, slope) * (x2 - x1)
+            if least <= tile.weights[(count + 1) * LANES + lane] and slope < _CLEAR * curvature * (x2 - x1):
+                doubt += _LAST_END
+    return doubt
+
+
+@subroutine()
+def _look_beside_ends(fill, anchor, law, variant, needs, row, level, gap, count, tile):
+    """Clear doubtful ends of the lanes where the row has the sign of the node next to the end ever nearer to it."""
+    state, shape = tile.search, tile.shape
+    for side, end, near in ((_FIRST_END, 0, 1), (_LAST_END, count + 1, count)):
+        for lane in range(LANES):
+            is_doubtful = state[_DOUBT + lane] == side or state[_DOUBT + lane] == _FIRST_END + _LAST_END
+            state[_ACTIVE + lane] = 1.0 if is_doubtful else 0.0
+        for look in _LOOKS:
+            place = (1.0 - look * gap) * (-1.0 if end == 0 else 1.0)
+            for lane in range(LANES):
+                state[TRIAL + lane] = shape[TILE_CENTRE + lane] + shape[TILE_HALF + lane] * place
+            fill_trial_tangents(shape, state, tile.node)
+            fill(tile.constants, tile.node, anchor, law, variant, 1, needs, tile.node_signals)
+            for lane in range(LANES):
+                value = tile.node_signals[row * LANES + lane] - level
+                if (value > 0.0) != (tile.roots[near * LANES + lane] > 0.0) and abs(value) > tile.weights[
+                    end * LANES + lane
+                ]:
+                    state[_ACTIVE + lane] = 0.0
+        for lane in range(LANES):
+            state[_DOUBT + lane] -= side * state[_ACTIVE + lane]
+
+
+@subroutine()
+def _next_brackets(tile, rule, table, count, lanes):
+    """Start each lane at its next change of sign between samples; return whether there is one. Others rest at -1."""
+    state, any_left = tile.search, False
+    for lane in range(LANES):
+        state[_ACTIVE + lane], state[_X1 + lane] = 0.0, -1.0
+        j = int(state[_NEXT + lane])
+        while lane < lanes and j <= count + 1:
+            before, here = tile.roots[(j - 1) * LANES + lane], tile.roots[j * LANES + lane]
+            at_before, at_here = tile.weights[(j - 1) * LANES + lane], tile.weights[j * LANES + lane]
+            # an end that is a zero has any sign
+            is_end = (j == 1 and abs(before) <= at_before) or (j == count + 1 and abs(here) <= at_here)
+            is_rounding = is_end or (abs(before) <= at_before and abs(here) <= at_here)
+            j += 1
+            if (before > 0.0) != (here > 0.0) and not is_rounding:
+                state[_X1 + lane] = _place(table, rule, count, j - 2)
+                state[_X2 + lane] = _place(table, rule, count, j - 1)
+                state[_F1 + lane], state[_F2 + lane] = before, here
+                state[_SHARE + lane], state[_ACTIVE + lane], any_left = before / (before - here), 1.0, True
+                break
+        state[_NEXT + lane] = float(j)
+    return any_left
+
+
+@subroutine()
+def _narrow(fill, anchor, law, variant, needs, row, level, tile):
+    """Narrow the brackets of all lanes at work, until the first end of each is the zero."""
+    state, shape = tile.search, tile.shape
+    for _ in range(_MOST_STEPS):
+        active = 0.0
+        for lane in range(LANES):
+            active += state[_ACTIVE + lane]
+            place = state[_X1 + lane] + state[_SHARE + lane] * (state[_X2 + lane] - state[_X1 + lane])
+            place = place if state[_ACTIVE + lane] > 0.0 else state[_X1 + lane]
+            state[TRIAL + lane] = shape[TILE_CENTRE + lane] + shape[TILE_HALF + lane] * place
+        if active == 0.0:
+            return
+        fill_trial_tangents(shape, state, tile.node)
+        fill(tile.constants, tile.node, anchor, law, variant, 1, needs, tile.node_signals)
+        _update(state, tile.node_signals[row * LANES :], level)
+
+
+@subroutine()
+def _update(state, values, level):
+    """Take the values at the trial points into the brackets, and choose the next step of each lane."""
+    for lane in range(LANES):
+        if state[_ACTIVE + lane] == 0.0:
+            continue
+        x1, x2, f1, f2 = state[_X1 + lane], state[_X2 + lane], state[_F1 + lane], state[_F2 + lane]
+        x, f = x1 + state[_SHARE + lane] * (x2 - x1), values[lane] - level
+        x3, f3 = x1, f1
+        if (f > 0.0) != (f1 > 0.0):
+            x3, f3, x2, f2 = x2, f2, x1, f1
+        x1, f1 = x, f
+        width = abs(x2 - x1)
+        least = 0.5 * _WIDTH / width if width > 0.0 else 1.0
+        if f == 0.0 or least > 0.25:
+            state[_ACTIVE + lane] = 0.0
+        place, slope = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
+        share = 0.5
+        if slope * slope < place and (1.0 - slope) * (1.0 - slope) < 1.0 - place:
+            share = f1 / (f2 - f1) * f3 / (f2 - f3) + (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f3 - f2)
+        state[_X1 + lane], state[_X2 + lane], state[_X3 + lane] = x1, x2, x3
+        state[_F1 + lane], state[_F2 + lane], state[_F3 + lane] = f1, f2, f3
+        state[_SHARE + lane] = min(max(share, least), 1.0 - least)
+
+
+@subroutine()
+def _parts(work, i):
+    """Number of panels of a design after the cuts; 0 where it is left to the adaptive rule."""
+    parts, first = work.panel_count[i], work.first_panel[i]
+    for k in range(first, first + work.panel_count[i]):
+        if work.codes[k] < 0:
+            return 0
+        parts += work.codes[k]
+    return parts if parts <= MOST_PARTS * work.panel_count[i] else 0
+
+
+@subroutine()
+def _rebuild(work, begin, until):
+    """Replace the panels of all designs by their parts, from the last one on; return the number of panels."""
+    total = 0
+    for i in range(begin, until):
+        parts = _parts(work, i)
+        total += parts if parts > 0 else work.panel_count[i]
+    to = total
+    for i in range(until - 1, begin - 1, -1):
+        first, parts = work.first_panel[i], _parts(work, i)
+        for k in range(first + work.panel_count[i] - 1, first - 1, -1):
+            cuts = work.codes[k] if parts > 0 else 0
+            to -= cuts + 1
+            _cut_panel(work, k, to, work.corners[k * MOST_ZEROS :], cuts)
+        work.first_panel[i] = to
+        if parts > 0:
+            work.panel_count[i] = parts
+        else:
+            leave_panel(work.panels, to)
+    return total
+
+
+@subroutine()
+def _cut_panel(work, k, to, zeros, cuts):
+    """Place the parts of panel k from the number `to` on, which is not before k."""
+    panels, centre, half, length = work.panels, work.panels[CENTRE + k], work.panels[HALF + k], work.panels[LENGTH + k]
+    for part in range(cuts, -1, -1):
+        begin, end = zeros[part - 1] if part > 0 else -1.0, zeros[part] if part < cuts else 1.0
+        length = length if cuts == 0 else 2.0 * (half_angle(panels, k, end) - half_angle(panels, k, begin))
+        place_part(
+            panels, work.owner, k, to + part, centre + 0.5 * half * (begin + end), 0.5 * half * (end - begin)
+        )  # fmt: skip
+        panels[LENGTH + to + part], panels[SINGULAR + to + part] = length, 1.0
