@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from command_line import call
 from studies import grid
 
 _REST = """\
@@ -20,6 +21,18 @@ def study(folder: Path, num: int = 16) -> Path:
     path = folder / f"study{num}.toml"
     path.write_text(grid(_REST, num))
     return path
+
+
+def words(config: Path | int, results: Path, keep: str) -> list[str]:
+    """The words of a sweep of a study, or of an atlas of so many linkages."""
+    if isinstance(config, int):
+        return ["atlas", "--count", str(config), "-o", str(results), "--quiet"]
+    return ["sweep", str(config), "-o", str(results), "--quiet", "--keep", keep]
+
+
+def sweep_here(config: Path | int, results: Path, keep: str = "all") -> None:
+    """Carry out a command in this process, without a word."""
+    assert call(*words(config, results, keep)) == (0, "", "")
 
 
 class Command:
@@ -38,10 +51,7 @@ class Command:
     def __init__(
         self, config: Path | int, results: Path, environment: dict[str, str] | None = None, keep: str = "all"
     ) -> None:
-        words = ["sweep", str(config), "-o", str(results), "--quiet", "--keep", keep]
-        if isinstance(config, int):
-            words = ["atlas", "--count", str(config), "-o", str(results), "--quiet"]
-        command = [sys.executable, "-m", "explore", *words]
+        command = [sys.executable, "-m", "explore", *words(config, results, keep)]
         surrounding = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "NO_COLOR": "1"}
         pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
         self._process = subprocess.Popen(command, env=surrounding | (environment or {}), **pipes)

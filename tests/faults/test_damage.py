@@ -8,11 +8,12 @@ import time
 import h5py
 import numpy as np
 import pytest
+from command_line import call
 
 from explore.results.store.open_results import open_results
 from faults.checker import check, sha256
 from faults.content import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, fill, rows
-from faults.sweeps import study
+from faults.sweeps import study, sweep_here
 
 
 @pytest.fixture
@@ -43,11 +44,11 @@ def test_one_flipped_bit_costs_one_block(server, copy, whole, figures, trials):
         assert sha256(copy) == whole
 
 
-def test_changed_study_is_refused_and_the_file_untouched(command, tmp_path, figures):
+def test_changed_study_is_refused_and_the_file_untouched(tmp_path, figures):
     config, path = study(tmp_path, 7), tmp_path / "grid.h5"
-    assert command(config, path).finish() == (0, "")
+    sweep_here(config, path)
     before = path.read_bytes(), path.stat().st_mtime_ns
-    code, stderr = command(study(tmp_path, 8), path).finish()
+    code, _, stderr = call("sweep", study(tmp_path, 8), "-o", path, "--quiet")
     assert code == 1
     assert stderr.startswith(f"error: {path} holds the results of another study; what changed:\n")
     assert "  parameters.crank.num: 7 -> 8\n" in stderr

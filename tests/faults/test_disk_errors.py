@@ -10,7 +10,7 @@ from faults.checker import check, sha256
 from faults.content import N_BLOCKS, fill
 from faults.disks import take_all_but
 from faults.replay import read_trace
-from faults.sweeps import study
+from faults.sweeps import study, sweep_here
 
 #: Calls that a disk may refuse: create, write, truncate, reserve, synchronise, give a name.
 REFUSED = "cwtasdrl"
@@ -121,7 +121,7 @@ def test_failing_call_in_the_command(command, recorder, tmp_path, figures, trial
         code, stderr = command(config, path, failing, keep).finish()
         figures["trials"] += 1
         assert_clear_error(code, stderr, path)
-        assert command(config, path, keep=keep).finish() == (0, "")
+        sweep_here(config, path, keep)
         assert sha256(path) == undisturbed, (at, error, sticky)
 
 
@@ -205,6 +205,7 @@ def test_limit_on_the_length_at_the_start(server, fresh, whole, figures, limit, 
     writing = server.write(path, limit=limit, environment=environment)
     figures.count(check(path))
     assert_clear_error(writing.code, writing.errors, path)
+    assert "ulimit" in writing.errors
     assert writing.numbers("run") == []
     assert list(folder.iterdir()) == []
     assert server.write(path).code == 0

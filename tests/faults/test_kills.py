@@ -13,7 +13,7 @@ from explore.results.store.packing import pack
 from faults.checker import check, done_blocks, sha256
 from faults.content import N_BLOCKS, fill
 from faults.replay import COUNTED, Disk, boundaries, put_down, read_trace
-from faults.sweeps import study
+from faults.sweeps import study, sweep_here
 
 KEEPS = ["all", "front"]
 
@@ -66,14 +66,14 @@ def duration(server, path, keep) -> float:
 
 @pytest.mark.parametrize(
     ("kills", "keep"),
-    [(2, "all"), (1, "front"), (2, "atlas"), night(30, "all"), night(15, "front"), night(30, "atlas")],
+    [(2, "all"), (2, "front"), (2, "atlas"), night(30, "all"), night(15, "front"), night(30, "atlas")],
 )
 def test_random_kills_of_the_command(command, tmp_path, figures, kills, keep):
     """The real command: blocks that a reader saw committed before the kill stay."""
     chance = random.Random(3)
-    config = 5 * 65_536 if keep == "atlas" else study(tmp_path, 32)
+    config = 3 * 65_536 if keep == "atlas" else study(tmp_path, 32)
     undisturbed, path = tmp_path / "undisturbed.h5", tmp_path / "killed.h5"
-    assert command(config, undisturbed, keep=keep).finish()[0] == 0
+    sweep_here(config, undisturbed, keep)
     n_blocks = len(done_blocks(undisturbed))
     for _ in range(kills):
         sweep = command(config, path, keep=keep)
@@ -90,8 +90,8 @@ def test_random_kills_of_the_command(command, tmp_path, figures, kills, keep):
             assert sha256(path) == sha256(undisturbed)
             for file in tmp_path.glob("killed.h5*"):
                 file.unlink()
-    code, stderr = command(config, path, keep=keep).finish()
-    assert (code, figures["lost"]) == (0, 0), stderr
+    sweep_here(config, path, keep)
+    assert figures["lost"] == 0
     assert sha256(path) == sha256(undisturbed)
     assert sorted(file.name for file in tmp_path.glob("killed.h5*")) == ["killed.h5", "killed.h5.log.jsonl"]
 
@@ -120,17 +120,23 @@ def test_the_replay_is_what_happened(recorded):
 
 
 @pytest.mark.parametrize("keep", KEEPS)
-def test_kill_at_every_call(recorded, fresh, whole, figures, keep):
+@pytest.mark.parametrize("trials", [40, night(None)])
+def test_kill_at_every_call(recorded, fresh, whole, figures, trials, keep):
     """Just before each call and in the middle of each write; a second run then finishes."""
     folder, calls = recorded
-    disk = Disk(folder)
-    for call in calls:
-        if call.operation in COUNTED:
+    disk, chosen = Disk(folder), some_of(boundaries(calls), trials)
+    for position, call in enumerate(calls):
+        if position in chosen:
             judge_and_finish(disk, disk.after_kill(), fresh(), whole, figures, keep)
-        if call.operation == "w":
-            judge_and_finish(disk, disk.after_kill(during=call), fresh(), whole, figures, keep)
+            if call.operation == "w":
+                judge_and_finish(disk, disk.after_kill(during=call), fresh(), whole, figures, keep)
         disk.do(call)
     judge_and_finish(disk, disk.after_kill(), fresh(), whole, figures, keep)
+
+
+def some_of(moments, trials):
+    """So many moments, or all: the first and the last ones, where files get their names, and some between."""
+    return {*moments[:8], *moments[-8:], *random.Random(5).sample(moments, trials or len(moments))}
 
 
 def judge_and_finish(disk, state, folder, whole, figures, keep) -> None:
@@ -165,10 +171,7 @@ def packing(server, memory, undisturbed):
 def test_kill_or_power_cut_at_every_call_of_pack(packing, undisturbed, fresh, figures, trials, cuts):
     """The copy is absent or complete, and packing again gives it."""
     folder, calls, whole = packing
-    disk, chance = Disk(folder), random.Random(5)
-    moments = boundaries(calls)
-    # The last calls, where the copy gets its name, and some of those before.
-    chosen = {*moments[-8:], *chance.sample(moments, trials or len(moments))}
+    disk, chance, chosen = Disk(folder), random.Random(5), some_of(boundaries(calls), trials)
     for position in range(len(calls) + 1):
         if position in chosen:
             states = [disk.after_cut(chance) for _ in range(cuts)] or [disk.after_kill()]

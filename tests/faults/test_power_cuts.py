@@ -13,7 +13,7 @@ from faults.checker import check, sha256
 from faults.content import N_BLOCKS, fill
 from faults.replay import COUNTED, Disk, power_cuts, put_down, read_trace
 
-STATES = [200, pytest.param(2000, marks=pytest.mark.slow)]
+STATES = [80, pytest.param(2000, marks=pytest.mark.slow)]
 
 
 @pytest.fixture
@@ -78,7 +78,7 @@ def test_results_in_a_new_folder_stay(record, fresh, whole, figures, states):
 
 
 @pytest.mark.parametrize("keep", ["all", "front"])
-@pytest.mark.parametrize("states", STATES)
+@pytest.mark.parametrize("states", [200, pytest.param(2000, marks=pytest.mark.slow)])  # of ten kills
 def test_power_cut_after_a_kill(record, fresh, whole, figures, states, keep):
     """Writes of a killed run may be in the cache of the system only, where the next run sees them."""
     calls = record(keep=keep)
