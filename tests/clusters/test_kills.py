@@ -11,7 +11,7 @@ from distributed import Client, LocalCluster
 from waiting import wait_until
 
 import explore
-from clusters.processes import Cluster, Sweep, committed_blocks, digest, is_running, study_file
+from clusters.processes import Cluster, Sweep, committed_blocks, digest, finish, is_running, study_file
 from explore.running.in_flight import SPARE_BLOCKS, BlocksInFlight
 
 WORKERS = 2
@@ -103,9 +103,7 @@ def test_a_killed_scheduler_ends_the_sweep_in_one_line_and_loses_nothing(folder,
         assert sweep.log()[-1]["outcome"].startswith("failed: the cluster was lost")
         saved_blocks = committed_blocks(path)
         assert len(saved_blocks) >= before + 2
-    with Sweep(config, path, "--quiet", seconds=0.01) as sweep:
-        assert sweep.end() == (0, [])
-    assert not set(sweep.executed_blocks) & set(saved_blocks)
+    assert finish(config, path) == blocks - len(saved_blocks)
     assert digest(path) == expected_digest(blocks)
 
 
@@ -117,8 +115,7 @@ def test_a_killed_sweep_frees_the_lock_at_once_and_its_workers_end(folder, expec
         os.kill(first.process.pid, signal.SIGKILL)
         first.process.wait()
         start = time.monotonic()
-        with Sweep(config, path, "--quiet") as second:
-            assert second.end() == (0, [])
+        finish(config, path)
         wait_until(lambda: not first.members)
         report(f"all processes of the killed sweep were gone after {time.monotonic() - start:.1f} s")
     assert digest(path) == expected_digest(blocks)
