@@ -59,12 +59,19 @@ COMPARED = (
 
 
 FRICTION = SLIDER | {"friction": (0.05, 0.2)}
+GROOVE = {
+    "rod": (80, 200), "slider_speed": (100, 400), "speed": (3, 12), "reversal_time": (0.01, 0.06), "mass": (0.5, 5),
+    "friction": (0.02, 0.3),
+}  # fmt: skip
+GEARS = {"growth": (1.1, 2.0), "sector": (3.0, 5.5)}
 #: Requests without peers: title, mechanism, ranges of parameters, question.
 ALONE = (
     ("pin force peak, inertia", "crank-rocker", LOADED, {"metrics": ["pin_force_peak"], "window": "drive"}),
     ("torque rms, inertia", "crank-rocker", LOADED, {"metrics": ["drive_torque_rms"]}),
     ("positive work, inertia", "crank-rocker", LOADED, {"metrics": ["positive_work"]}),
     ("torque rms, friction", "slider-crank", FRICTION, {"metrics": ["drive_torque_rms"]}),
+    ("default columns, friction", "variable-crank", GROOVE, {}),
+    ("perimeter", "gears", GEARS, {"metrics": ["perimeter"]}),
     ("1 point, velocity peak", "crank-rocker", COUPLER, {"metrics": ["P_velocity_max"], "points": ["P"]}),
     ("1 point, curvature peak", "crank-rocker", COUPLER, {"metrics": ["P_curvature_peak"], "points": ["P"]}),
 )
