@@ -1,5 +1,8 @@
 """Figures and pages of several results of one mechanism, with their joint Pareto set."""
 
+import json
+import re
+
 import numpy as np
 import pytest
 from command_line import run
@@ -123,3 +126,12 @@ def test_more_results_than_colours_are_refused(paths, folder):
         copies[-1].write_bytes(paths[0].read_bytes())
     with pytest.raises(RequestError, match="7 results has no colours to tell them apart; name 6"):
         joint_pareto_chart(copies)
+
+
+def test_the_page_of_several_results_moves_the_mechanism_as_that_of_one(paths, tmp_path):
+    motions = []
+    for sources in (paths, paths[:1]):
+        run("report", *sources, "-o", "page.html", cwd=tmp_path)
+        page = (tmp_path / "page.html").read_text(encoding="utf-8")
+        motions.append(json.loads(re.search(r'id="study">(.*?)</script>', page)[1])["motion"])
+    assert motions[0] == motions[1] is not None
