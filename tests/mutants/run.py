@@ -35,8 +35,8 @@ _LEFT_OUT = shutil.ignore_patterns(".git", "node_modules", ".*_cache", ".hypothe
 _LEFT_OUT_OF_ROOT = {"site", "results"}
 #: Pytest's exit codes where nothing failed: all passed, and all left out, as in a file of slow tests.
 _PASSED = (0, 5)
-#: Verdicts by pytest's exit code: all passed, some failed, interrupted, and none where the tests did not end.
-_VERDICTS = {0: "NOT NOTICED", 1: "noticed", 2: "noticed", None: "noticed"}
+#: Verdicts by pytest's exit code: all passed, some failed, interrupted, conftest.py fails, and none without an end.
+_VERDICTS = {0: "NOT NOTICED", 1: "noticed", 2: "noticed", 4: "noticed", None: "noticed"}
 
 
 @dataclass(frozen=True)
