@@ -16,7 +16,12 @@ from explore.analysis.certifying.certification import certify_designs
 from explore.analysis.certifying.designs import Design
 from explore.analysis.certifying.means import arc_means, turn_means
 from explore.mechanisms.linkages.declaration import linkage_mechanism
-from explore.mechanisms.linkages.statuses import CANNOT_ASSEMBLE
+from explore.mechanisms.linkages.statuses import (
+    CANNOT_ASSEMBLE,
+    STROKES_NOT_DECIDED,
+    TURN_NOT_DECIDED,
+    blocked_at,
+)
 from explore.model.status import Status
 from explore.studies.request.names import find_mechanism
 from explore.studies.request.requests import make_request
@@ -180,6 +185,16 @@ def test_strokes_are_proved(window):
     false = [row | {name: row[name] * (1.0 + 1.5e-9)} for name in metrics]
     for name, (verdict, reason) in zip(metrics, proofs_of(mechanism, false, metrics, **options), strict=True):
         assert (verdict, reason.startswith(f"{name} ")) == ("refuted", True), reason
+
+
+@pytest.mark.parametrize("status", [TURN_NOT_DECIDED, STROKES_NOT_DECIDED, blocked_at(0) + 1])
+def test_what_the_program_did_not_decide_is_open(status):
+    """That is no false statement, also of a design that turns."""
+    mechanism, row = true_row("crank-shaper")
+    metrics = metrics_of("crank-shaper")
+    undecided = row | dict.fromkeys(metrics, math.nan) | {"status": float(status), "feasible": 0.0}
+    ((verdict, reason),) = proofs_of(mechanism, [undecided], metrics, window="cycle", tolerance=1e-10)
+    assert (verdict, reason) == ("open", f"nothing was computed: {mechanism.statuses[status].label}")
 
 
 def test_reversals_where_the_slope_is_not_known_over_all_of_a_cell():

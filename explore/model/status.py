@@ -37,13 +37,14 @@ class OwnStatus:
 
     The label is the word in tables and files, the sentence the meaning. With `lacks_strokes` the motion exists but has
     no strokes, so that a request that needs none is computed. With `lacks_turn` it may
-    exist over an interval.
+    exist over an interval. With `is_undecided` the design may have what it says is missing.
     """
 
     label: str
     sentence: str
     lacks_strokes: bool = False
     lacks_turn: bool = False
+    is_undecided: bool = False
 
 
 _STATUS_SENTENCES = {

@@ -56,8 +56,9 @@ def certify_row(design: Design, row: Mapping[str, float]) -> Proof:
     if not design.is_usable:
         proof.expect(status == Status.NOT_FINITE, "a parameter is not a usable number, but the status does not say so")
         return proof
-    if status in _NOT_COMPUTED:
-        proof.open.append(f"nothing was computed: {Status(status).label}")
+    own = design.request.mechanism.statuses.get(status)
+    if status in _NOT_COMPUTED or (own and own.is_undecided):
+        proof.open.append(f"nothing was computed: {own.label if own else Status(status).label}")
         return proof
     with _open_if_unproved(proof):
         _check_status(design, row, proof)

@@ -35,11 +35,13 @@ def declare_statuses(joints: Sequence[str], of_lines: Collection[str], *, turns:
             "turn_not_decided",
             f"whether the crank {motion} was not decided: joints are close to their limits too often",
             lacks_turn=True,
+            is_undecided=True,
         ),
         STROKES_NOT_DECIDED: OwnStatus(
             "strokes_not_decided",
             "how often the output turns back was not decided: it comes to rest, or nearly so, at a crank angle",
             lacks_strokes=True,
+            is_undecided=True,
         ),
     }
     for k, joint in enumerate(joints):
@@ -59,5 +61,5 @@ def declare_statuses(joints: Sequence[str], of_lines: Collection[str], *, turns:
                 f"two assemblies of {joint} meet at a crank angle, or are nearer to each other than rounding tells",
             )
         )
-        statuses[blocked_at(k) + 1] = OwnStatus(label, sentence, lacks_turn=True)
+        statuses[blocked_at(k) + 1] = OwnStatus(label, sentence, lacks_turn=True, is_undecided=True)
     return statuses
