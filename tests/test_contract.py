@@ -274,6 +274,36 @@ def test_a_metric_that_designs_may_lack_is_declared_so():
     )
 
 
+#: A four-bar as a table whose loads are parameters, with jumps where two links turn back.
+LOADED_TABLE = FOUR_BAR | {
+    "output": "rocker",
+    "loads": {
+        "gravity": [0, "g"],
+        "masses": {"B": "m", "coupler": {"mass": "q", "centroid": ["r2 / 2", 0], "inertia": "j"}},
+        "forces": {"B": ["f", 0]},
+        "torques": {"rocker": {"torque": "t", "against": "coupler"}},
+        "opposing": {"rocker": "u", "coupler": "u"},
+        "springs": {"pull": {"between": ["O", "B"], "rate": "k", "rest": "l"}},
+        "dampers": {"hinge": {"between": "rocker", "rate": "d"}},
+    },
+}
+LOADED_DESIGNS = {
+    "r1": [20.0, 28.0], "r2": [85.0, 90.0], "r3": [70.0, 75.0], "r4": [100.0, 104.0], "g": [-9.81, -9.0],
+    "m": [0.5, 0.4], "q": [0.8, 0.2], "j": [0.001, 0.002], "f": [12.0, -3.0], "t": [0.4, -0.2], "u": [0.7, 0.1],
+    "k": [300.0, 200.0], "l": [90.0, 30.0], "d": [0.05, 0.1], "speed": [6.0, 9.0],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "check", [wrong_derivatives, wrong_statuses, wrong_zero_means, changes_with_the_block, changes_with_units]
+)
+def test_a_table_under_load_keeps_promises(check):
+    """The joint of coupler and rocker rests at the ends of strokes, where its curvature and its status are rounding."""
+    designs = {name: np.array(column) for name, column in LOADED_DESIGNS.items()}
+    broken = check(Subject(Linkage(LOADED_TABLE).mechanism, designs))
+    assert [line for line in broken if "curvature" not in line and not line.startswith("status over 'return'")] == []
+
+
 def test_a_wrong_derivative():
     signals = tuple(
         replace(signal, derivative_of="coupler_angle") if signal.name == "rocker_velocity" else signal
