@@ -9,8 +9,8 @@ root of the margin. Its number of samples is found by trial, and the error of 36
 import numpy as np
 
 import explore
-from explore.comparison.methods.kernels import solve_all
-from explore.mechanisms import four_bar
+from explore.comparison.methods.loops import find_loop
+from explore.mechanisms.registry import MECHANISMS
 
 TOLERANCE, CHUNK = 1e-9, 65_536
 CRANK, COUPLER, ROCKER, GROUND = 150.0, 1083.5, 541.75, 691.75
@@ -32,12 +32,11 @@ def node_counts(window):
 
 def equispaced_variance(margin, count):
     """Variance of the rocker velocity from equispaced samples of the turn; its mean is exactly 0."""
-    lengths, rows = np.array([[CRANK, COUPLER, ROCKER, GROUND + margin]]), np.array([four_bar.ROCKER_VELOCITY])
-    total = 0.0
+    loop, total = find_loop(MECHANISMS["crank-rocker"]), 0.0
+    motion = loop.closed.close(loop.columns(np.array([[CRANK], [COUPLER], [ROCKER], [GROUND + margin], [1.0]])))
     for start in range(0, count, CHUNK):
-        half = np.pi * np.arange(start, min(start + CHUNK, count))[None, :] / count
-        velocity = np.empty((1, *half.shape))
-        solve_all(lengths, np.ones(1), np.sin(half), np.cos(half), four_bar.VELOCITIES, rows, velocity)
+        angles = 2.0 * np.pi * np.arange(start, min(start + CHUNK, count))[None, :] / count
+        velocity = motion.fill(angles, 4)[3]
         total += float(np.sum(velocity**2))
     return total / count
 

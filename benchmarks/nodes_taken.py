@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 
 import explore
-from explore.comparison.methods.kernels import solve_all
-from explore.mechanisms import four_bar
+from explore.comparison.methods.loops import find_loop
+from explore.mechanisms.registry import MECHANISMS
 
 TOLERANCES = (1e-6, 1e-9, 1e-12)
 MOST = 48
@@ -30,11 +30,8 @@ def draw(count, rng):
 
 def velocity(lengths, angles):
     """Rocker velocity for unit crank speed at angles of shape (n, nodes)."""
-    half, out = 0.5 * angles, np.empty((1, *angles.shape))
-    rows = np.array([four_bar.ROCKER_VELOCITY])
-    ones = np.ones(len(lengths))
-    solve_all(np.ascontiguousarray(lengths), ones, np.sin(half), np.cos(half), four_bar.VELOCITIES, rows, out)
-    return out[0]
+    loop = find_loop(MECHANISMS["crank-rocker"])
+    return loop.closed.close(loop.columns([*lengths.T, np.ones(len(lengths))])).fill(angles, 4)[3]
 
 
 def strokes(lengths):

@@ -20,7 +20,7 @@ from PIL import Image
 
 import explore
 from explore.comparison.scenes import bundled_scenes, load_scene
-from explore.comparison.stability import stability_case
+from explore.comparison.stability import declared_case
 from explore.figures.charts.averages import averages_chart
 from explore.figures.charts.mechanism import draw_mechanism
 from explore.figures.charts.pareto import draw_designs
@@ -76,11 +76,11 @@ def draw_comparisons() -> None:
     verdicts, turns = (pd.read_csv(f"results/stability-variable-crank/{name}.csv") for name in ("map", "turn"))
     change_point = pd.read_csv("results/stability-crank-rocker/map.csv")
     gears = (pd.read_csv(f"results/stability-gears/{name}.csv") for name in ("starts", "counts"))
-    four_bar, slicer = stability_case("crank-rocker"), stability_case("variable-crank")
+    four_bar, slicer = declared_case("crank-rocker"), declared_case("variable-crank")
     angles = [float(np.rad2deg(angle)) for angle in slicer.singular_angles]
     scenes = [load_scene(path) for path in bundled_scenes().values()]
     titles = {scene.name: scene.title for scene in scenes}
-    four_bars = {scene.name: scene.title for scene in scenes if scene.loop.name == "crank-rocker"}
+    four_bars = {scene.name: scene.title for scene in scenes if scene.designs.loop.name == "crank-rocker"}
     sliders = {name: title for name, title in titles.items() if name not in four_bars}
     smooth = next(scene for scene in scenes if scene.name == "smooth")
     charts = {

@@ -7,6 +7,7 @@ from itertools import pairwise
 import norms
 import numpy as np
 import pytest
+from loop_cases import rockers
 
 from explore.comparison.averaging_rules import (
     AVERAGING_RULES,
@@ -17,20 +18,15 @@ from explore.comparison.averaging_rules import (
     TrapezoidalRule,
     relative_errors,
 )
-from explore.comparison.methods.contract import Outcome
-from explore.comparison.methods.four_bar_loop import FOUR_BAR
-from explore.comparison.methods.geometry import geometric_outcome
-from explore.comparison.reference import REFERENCE_SIGNALS, REFERENCE_STATISTICS, REFERENCE_WINDOWS, exact_statistics
+from explore.comparison.reference_statistics import STATISTICS, exact_statistics
 from explore.comparison.scenes import bundled_scenes, load_scene
+from explore.comparison.strokes import WINDOWS
 
 ALL_SCENES = [load_scene(path) for path in bundled_scenes().values()]
-SCENES = {scene.name: scene for scene in ALL_SCENES if scene.loop is FOUR_BAR}
-SCENES_WITH_MOTION = [
-    name for name, scene in SCENES.items() if (geometric_outcome(scene.parameters) == Outcome.OK).any()
-]
-ONE = np.ones(1)
+SCENES = {scene.name: scene.designs for scene in ALL_SCENES if scene.designs.loop.name == "crank-rocker"}
+SCENES_WITH_MOTION = [name for name, scene in SCENES.items() if scene.has_strokes.any()]
 #: 1 um from the change point.
-NEAR_CHANGE_POINT = np.array([[150.0, 1083.4236, 541.7118, 691.7128]])
+NEAR_CHANGE_POINT = rockers([[150.0, 1083.4236, 541.7118, 691.7128]])
 ANGLE, VELOCITY, ACCELERATION = range(3)
 MEAN, VARIANCE, CV, MIN, MAX = range(5)
 ALL_RULES = [pytest.param(rule, id=repr(rule)) for rules in AVERAGING_RULES.values() for rule in rules]
@@ -44,24 +40,22 @@ def exact():
 
     def statistics(name, window):
         if (name, window) not in cache:
-            lengths, branch = designs(name)
-            cache[name, window] = lengths, branch, exact_statistics(lengths, branch, window)
+            cache[name, window] = designs(name), exact_statistics(designs(name), window)
         return cache[name, window]
 
     return statistics
 
 
 def designs(name):
-    """Lengths and branch; of the large block a sixteenth, which contains its change point."""
+    """Designs of a scene; of the large block a sixteenth, which contains its change point."""
     scene = SCENES[name]
-    rows = slice(None, None, 16 if len(scene.parameters) > 100 else 1)
-    return scene.parameters[rows], scene.branch[rows]
+    return scene.part(np.arange(0, len(scene), 16 if len(scene) > 100 else 1))
 
 
 def error(rule, name, window, exact):
     """Errors of a rule, shape (3, 5, n)."""
-    lengths, branch, expected = exact(name, window)
-    return relative_errors(rule.average(lengths, branch, window), expected)
+    scene, expected = exact(name, window)
+    return relative_errors(rule.average(scene, window), expected)
 
 
 def test_equispaced_samples_alias_near_the_change_point():
@@ -70,27 +64,27 @@ def test_equispaced_samples_alias_near_the_change_point():
     def standard_deviation(values):
         return math.sqrt(values[ACCELERATION, VARIANCE, 0]) * 4.2735**2
 
-    assert standard_deviation(exact_statistics(NEAR_CHANGE_POINT, ONE, "cycle")) == pytest.approx(117.13, abs=0.005)
-    assert standard_deviation(TrapezoidalRule(360).average(NEAR_CHANGE_POINT, ONE, "cycle").values) == pytest.approx(
+    assert standard_deviation(exact_statistics(NEAR_CHANGE_POINT, "cycle")) == pytest.approx(117.13, abs=0.005)
+    assert standard_deviation(TrapezoidalRule(360).average(NEAR_CHANGE_POINT, "cycle").values) == pytest.approx(
         250.4, abs=0.05
     )
-    assert standard_deviation(
-        TrapezoidalRule(360, 0.5).average(NEAR_CHANGE_POINT, ONE, "cycle").values
-    ) == pytest.approx(15.5, abs=0.05)
-    assert standard_deviation(GradedRule(1e-9).average(NEAR_CHANGE_POINT, ONE, "cycle").values) == pytest.approx(
+    assert standard_deviation(TrapezoidalRule(360, 0.5).average(NEAR_CHANGE_POINT, "cycle").values) == pytest.approx(
+        15.5, abs=0.05
+    )
+    assert standard_deviation(GradedRule(1e-9).average(NEAR_CHANGE_POINT, "cycle").values) == pytest.approx(
         117.13, abs=0.005
     )
 
 
 def test_the_published_cv_of_the_published_optimum(exact):
-    lengths, branch, expected = exact("published_optimum", "drive")
-    assert PublishedRule().average(lengths, branch, "drive").values[VELOCITY, CV, 0] == pytest.approx(0.47771, abs=5e-6)
+    scene, expected = exact("published_optimum", "drive")
+    assert PublishedRule().average(scene, "drive").values[VELOCITY, CV, 0] == pytest.approx(0.47771, abs=5e-6)
     assert expected[VELOCITY, CV, 0] == pytest.approx(0.473262099318, abs=5e-13)
 
 
 def test_the_trapezoidal_rule_converges_at_the_rate_of_the_nearest_singularity(exact):
     """The squared velocity has simple poles at +-0.87679 i, so the error is proportional to exp(-0.87679 N)."""
-    r1, r2, r3, r4 = SCENES["smooth"].parameters[0]
+    r1, r2, r3, r4 = SCENES["smooth"].parameters[0, :4]
     rate = math.acosh((r4**2 + r1**2 - (r2 - r3) ** 2) / (2.0 * r1 * r4))
     assert rate == pytest.approx(0.87679, abs=5e-6)
     counts = np.arange(15, 29)
@@ -112,17 +106,16 @@ def test_the_trapezoidal_rule_is_of_second_order_on_a_stroke(exact):
     assert -np.polyfit(np.log(counts - 1), np.log(measured), 1)[0] == pytest.approx(2.0, abs=0.01)
 
 
-@pytest.mark.parametrize("window", REFERENCE_WINDOWS)
+@pytest.mark.parametrize("window", WINDOWS)
 @pytest.mark.parametrize("rule", AVERAGING_RULES["graded"], ids=repr)
 @pytest.mark.parametrize("name", SCENES_WITH_MOTION)
 def test_graded_meets_its_tolerance_on_every_scene_with_a_motion(name, rule, window, exact):
-    lengths, branch, expected = exact(name, window)
-    values = rule.average(lengths, branch, window).values
-    has_motion = geometric_outcome(lengths) == Outcome.OK
+    scene, expected = exact(name, window)
+    values, has_motion = rule.average(scene, window).values, scene.has_strokes
     assert has_motion.any()
-    for s, signal in enumerate(REFERENCE_SIGNALS):
+    for s, signal in enumerate(scene.output):
         mean, variance, _, low, high = expected[s][:, has_motion]
-        for k, statistic in enumerate(REFERENCE_STATISTICS):
+        for k, statistic in enumerate(STATISTICS):
             if statistic == "cv" and not (signal == "rocker_velocity" and window == "drive"):
                 assert np.isnan(values[s, k]).all()
                 continue
@@ -139,7 +132,7 @@ def test_graded_meets_its_tolerance_on_every_scene_with_a_motion(name, rule, win
     ("graded", 1e-15),
 ])  # fmt: skip
 def test_the_finest_setting_of_each_rule_is_accurate_on_the_smooth_scene(name, bound, exact):
-    for window in REFERENCE_WINDOWS:
+    for window in WINDOWS:
         errors = error(AVERAGING_RULES[name][-1], "smooth", window, exact)
         assert errors[VELOCITY, VARIANCE, 0] <= bound
         if window == "drive":
@@ -148,8 +141,8 @@ def test_the_finest_setting_of_each_rule_is_accurate_on_the_smooth_scene(name, b
 
 @pytest.mark.parametrize("name", [name for name in AVERAGING_RULES if name != "one-pass"])
 def test_finer_settings_take_more_nodes_and_have_smaller_errors(name, exact):
-    lengths, branch, _ = exact("smooth", "drive")
-    nodes = [int(rule.average(lengths, branch, "drive").nodes[0]) for rule in AVERAGING_RULES[name]]
+    scene, _ = exact("smooth", "drive")
+    nodes = [int(rule.average(scene, "drive").nodes[0]) for rule in AVERAGING_RULES[name]]
     assert nodes == sorted(set(nodes))
     errors = [error(rule, "smooth", "drive", exact)[VELOCITY, CV, 0] for rule in AVERAGING_RULES[name]]
     # until rounding dominates
@@ -164,8 +157,8 @@ def test_nodes_counts_the_solved_crank_angles():
         (OnePassRule(9), 9, 9),
         (GaussRule(7), 7, 28),
     ):
-        assert rule.average(smooth.parameters, smooth.branch, "drive").nodes.tolist() == [stroke]
-        assert rule.average(smooth.parameters, smooth.branch, "cycle").nodes.tolist() == [turn]
+        assert rule.average(smooth, "drive").nodes.tolist() == [stroke]
+        assert rule.average(smooth, "cycle").nodes.tolist() == [turn]
 
 
 def mirrored(values):
@@ -176,34 +169,34 @@ def mirrored(values):
     return image
 
 
-@pytest.mark.parametrize("window", REFERENCE_WINDOWS)
+@pytest.mark.parametrize("window", WINDOWS)
 @pytest.mark.parametrize("rule", FINEST_RULES)
 def test_the_other_branch_is_the_mirror_image(rule, window):
-    lengths = SCENES["smooth"].parameters
-    one, other = (rule.average(lengths, branch, window) for branch in (ONE, -ONE))
+    lengths = SCENES["smooth"].parameters[:, :4]
+    one, other = (rule.average(rockers(lengths, branch), window) for branch in (1.0, -1.0))
     # second differences of 3200 samples: 1e-16 rad over the squared step
     tolerance = 1e-9 if isinstance(rule, PublishedRule) else 1e-14
     np.testing.assert_allclose(other.values, mirrored(one.values), rtol=1e-11, atol=tolerance)
     assert other.nodes.tolist() == one.nodes.tolist()
 
 
-@pytest.mark.parametrize("window", REFERENCE_WINDOWS)
+@pytest.mark.parametrize("window", WINDOWS)
 def test_the_exact_statistics_of_the_other_branch_are_the_mirror_image(window):
-    lengths = SCENES["smooth"].parameters
-    one, other = (exact_statistics(lengths, branch, window) for branch in (ONE, -ONE))
+    lengths = SCENES["smooth"].parameters[:, :4]
+    one, other = (exact_statistics(rockers(lengths, branch), window) for branch in (1.0, -1.0))
     assert np.array_equal(other, mirrored(one), equal_nan=True)
 
 
-@pytest.mark.parametrize("window", REFERENCE_WINDOWS)
+@pytest.mark.parametrize("window", WINDOWS)
 @pytest.mark.parametrize("rule", ALL_RULES)
 def test_linkages_without_a_motion_are_nan_and_do_not_change_others(rule, window):
-    impossible = np.vstack([SCENES[n].parameters for n in ("change_point", "blocked_crank", "unassemblable")])
+    impossible = np.vstack([SCENES[n].parameters[:, :4] for n in ("change_point", "blocked_crank", "unassemblable")])
     impossible = np.vstack(
         [impossible, [[4.0, 5.0, 4.5, 2.0], [np.nan, 1.0, 1.0, 1.0]]]
     )  # a double crank does not rock
-    smooth = SCENES["smooth"].parameters
-    alone = rule.average(smooth, ONE, window)
-    mixed = rule.average(np.vstack([impossible, smooth, impossible]), np.ones(11), window)
+    smooth = SCENES["smooth"].parameters[:, :4]
+    alone = rule.average(rockers(smooth), window)
+    mixed = rule.average(rockers(np.vstack([impossible, smooth, impossible])), window)
     # sums in blocks may be ordered differently
     np.testing.assert_allclose(mixed.values[:, :, 5], alone.values[:, :, 0], rtol=1e-11, atol=1e-14)
     assert mixed.nodes[5] == alone.nodes[0]

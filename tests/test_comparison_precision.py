@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from loop_cases import rockers
 
 from explore.comparison.method_precision import (
     ROUNDING_ERROR,
@@ -13,9 +14,9 @@ from explore.comparison.method_precision import (
     measure_level_costs,
 )
 from explore.comparison.methods.closed_form import ClosedForm
-from explore.comparison.methods.contract import Level, MotionRow, Task, method_label
+from explore.comparison.methods.contract import Level, method_label
 from explore.comparison.methods.registry import METHODS
-from explore.comparison.reference import exact_statistics
+from explore.comparison.reference_statistics import exact_statistics
 from explore.comparison.scenes import bundled_scenes, load_scene
 from explore.comparison.strokes import coefficient_of_variation, stroke_nodes
 from explore.comparison.timing import describe_machine, measure_cpu_seconds
@@ -78,13 +79,11 @@ def test_a_scene_of_positions_has_no_velocity_errors():
 def test_stroke_nodes_give_the_exact_coefficient_of_variation():
     lengths = np.array([[100.0, 1083.4236, 541.7118, 691.7118], [150.0, 1083.5, 541.75, 691.75 + 2.0**-20]])
     for sign in (1.0, -1.0):
-        branch = np.full(2, sign)
-        angles, weights = stroke_nodes(lengths, branch)
+        designs = rockers(lengths, sign)
+        angles, weights = stroke_nodes(designs)
         assert (np.diff(angles) > 0.0).all()
-        velocity = (
-            ClosedForm().solve(Task(lengths, branch, angles, Level.VELOCITIES)).signals[MotionRow.ROCKER_VELOCITY]
-        )
-        exact = exact_statistics(lengths, branch)[1, 2]
+        velocity = ClosedForm().solve(designs.task(angles, Level.VELOCITIES)).signals[3]
+        exact = exact_statistics(designs)[1, 2]
         # angles near 180 degrees are rounded at 2e-16, a thousandth of the second design's margin in angle
         assert coefficient_of_variation(velocity, weights) == pytest.approx(exact, rel=1e-11)
 

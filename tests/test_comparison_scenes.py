@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from loop_cases import rockers
 from studies import GOOD
 
-from explore.base.errors import ConfigError
+from explore.comparison.methods.closed_form import geometric_outcome
 from explore.comparison.methods.contract import Level, Outcome
-from explore.comparison.methods.geometry import geometric_outcome
 from explore.comparison.scenes import bundled_scenes, load_scene
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.registry import MECHANISMS
@@ -36,6 +36,10 @@ EXPECTED = {
 }
 
 
+def outcomes_of(designs):
+    return geometric_outcome(designs.task(np.zeros((len(designs), 1))))
+
+
 def test_the_bundled_scenes_are_the_expected_ones():
     assert SCENES.keys() == EXPECTED.keys()
 
@@ -44,35 +48,35 @@ def test_the_bundled_scenes_are_the_expected_ones():
 def test_bundled_scenes_have_their_contents(name):
     scene, (count, model, outcome) = SCENES[name], EXPECTED[name]
     assert scene.name == name
-    assert scene.parameters.shape == (count, len(scene.loop.parameters))
-    assert scene.branch.tolist() == [1.0] * count
+    assert scene.designs.parameters.shape == (count, len(scene.designs.loop.parameters))
     assert scene.model is model
     assert scene.title
     assert scene.about.endswith(".")
     assert scene.question.endswith("?")
     if outcome is not None:
-        assert geometric_outcome(scene.parameters, scene.loop).tolist() == [outcome] * count
+        assert outcomes_of(scene.designs).tolist() == [outcome] * count
 
 
 def test_margins_decrease_to_the_smallest_that_is_not_a_change_point():
     """The margins, summed as fractions, are the powers of two that the file states."""
     margins = [
-        Fraction(c) + Fraction(d) - Fraction(a) - Fraction(b) for a, b, c, d in SCENES["almost_change_point"].parameters
+        Fraction(c) + Fraction(d) - Fraction(a) - Fraction(b)
+        for a, b, c, d, _ in SCENES["almost_change_point"].designs.parameters
     ]
     assert margins == [Fraction(1, 2**k) for k in (7, 13, 20, 27, 33, 39)]
     # the next power of two counts as a change point
-    closer = np.array([[150.0, 1083.5, 541.75, 691.75 + 2.0**-40]])
-    assert geometric_outcome(closer).tolist() == [Outcome.CHANGE_POINT]
+    closer = rockers([[150.0, 1083.5, 541.75, 691.75 + 2.0**-40]])
+    assert outcomes_of(closer).tolist() == [Outcome.CHANGE_POINT]
 
 
 def test_the_large_block_contains_one_change_point():
-    scene = SCENES["large_block"]
-    without_motion = np.flatnonzero(geometric_outcome(scene.parameters) != Outcome.OK)
-    assert scene.parameters[without_motion].tolist() == [[150.0, 1083.5, 541.75, 691.75]]
+    designs = SCENES["large_block"].designs
+    without_motion = np.flatnonzero(outcomes_of(designs) != Outcome.OK)
+    assert designs.parameters[without_motion, :4].tolist() == [[150.0, 1083.5, 541.75, 691.75]]
 
 
 def test_the_tiny_swing_is_a_hundredth_of_a_degree():
-    columns = dict(zip(("crank", "coupler", "rocker", "ground"), SCENES["tiny_swing"].parameters.T, strict=True))
+    columns = SCENES["tiny_swing"].designs.columns
     request = make_request(MECHANISMS["crank-rocker"], metrics=["swing_angle"])
     assert evaluate_columns(request, columns).columns["swing_angle"][0] == pytest.approx(0.01, rel=0.05)
 
@@ -120,11 +124,12 @@ def test_an_empty_scene_misses_all_four_keys(problems):
     assert len(problems(GOOD + "[scene]\n")) == 4
 
 
-def test_a_study_without_a_scene_is_refused(tmp_path):
+def test_of_a_study_that_is_no_scene_a_few_designs_are_taken(tmp_path):
     path = tmp_path / "study.toml"
-    path.write_text(GOOD, encoding="utf-8")
-    with pytest.raises(ConfigError, match=r"study\.toml:1: scene: is missing; a scene is a study with a section"):
-        load_scene(path)
+    path.write_text(GOOD.replace("crank = 100", "crank = { start = 60, stop = 100, num = 41 }"), encoding="utf-8")
+    scene = load_scene(path)
+    assert (scene.name, scene.about, scene.model) == ("study", "8 of 41 designs", Level.ACCELERATIONS)
+    assert scene.designs.columns["crank"].tolist() == [60.0, 65.0, 71.0, 77.0, 82.0, 88.0, 94.0, 100.0]
 
 
 def test_a_scene_does_not_change_the_hash_of_a_study(load):
@@ -138,5 +143,4 @@ def test_the_branch_of_a_scene(tmp_path):
     path.write_text(GOOD + "branch = [1, -1]\n" + SECTION, encoding="utf-8")
     scene = load_scene(path)
     assert scene.name == "mirrored"
-    assert scene.branch.tolist() == [1.0, -1.0]
-    assert scene.parameters.tolist() == [[100.0, 1000.0, 500.0, 700.0]] * 2
+    assert scene.designs.parameters.tolist() == [[100.0, 1000.0, 500.0, 700.0, branch] for branch in (1.0, -1.0)]

@@ -7,15 +7,15 @@ import pandas as pd
 import pytest
 from few_methods import only
 
+from explore.comparison.methods.closed_form import geometric_outcome
 from explore.comparison.methods.contract import Outcome
-from explore.comparison.methods.geometry import geometric_outcome
 from explore.comparison.methods.registry import METHODS
-from explore.comparison.stability import map_stability, safe_margins, stability_case, stability_runs, trace_turn
+from explore.comparison.stability import declared_case, map_stability, safe_margins, stability_runs, trace_turn
 from explore.comparison.verdicts import Verdict
 from explore.figures.charts.stability import stability_chart, turn_chart
 
 ACCURACY = 1e-6
-CASE = stability_case("crank-rocker")
+CASE = declared_case("crank-rocker")
 
 
 @pytest.fixture(scope="module", params=["few methods", pytest.param("all methods", marks=pytest.mark.slow)])
@@ -34,7 +34,7 @@ def turning_rows(rows, setting, angles=72):
 def test_every_method_is_judged_on_every_design(rows):
     assert len(rows) == len(stability_runs(CASE)) * len(CASE.margin)
     assert (np.diff(CASE.margin) < 0.0).all()
-    has_motion = geometric_outcome(CASE.parameters) == 1
+    has_motion = geometric_outcome(CASE.task(24)) == 1
     assert np.array_equal(has_motion, CASE.margin > 0.0), "the margins are exact"
 
 
@@ -99,7 +99,7 @@ def test_the_smallest_margin_may_be_the_only_inaccurate_one():
 @pytest.fixture(scope="module")
 def slicer_rows():
     """Rows of the variable crank by four methods."""
-    case = stability_case("variable-crank")
+    case = declared_case("variable-crank")
     with only("closed-form", "textbook", "newton-compiled", "rk45"):
         return map_stability(case, ACCURACY), trace_turn(case)
 
@@ -130,7 +130,7 @@ def test_adaptive_integration_ends_at_the_singular_angle_at_every_distance(slice
         row["verdict"] for row in rows if row["setting"].startswith("rk45") and row["setting"] != "rk45(rtol=0.001)"
     }
     assert verdicts == {"reported failure"}
-    regular = float(np.rad2deg(stability_case("variable-crank").singular_angles[0]))
+    regular = float(np.rad2deg(declared_case("variable-crank").singular_angles[0]))
     solved = [row["crank_angle"] for row in turn if row["method"] == "rk45" and not math.isnan(row["error"])]
     assert regular - 2.0 < max(solved) < regular
 
@@ -143,7 +143,7 @@ def test_the_turn_of_the_closed_form_is_accurate_throughout(slicer_rows):
 
 
 def test_the_figures_name_the_singular_angle(slicer_rows):
-    case, (rows, turn) = stability_case("variable-crank"), slicer_rows
+    case, (rows, turn) = declared_case("variable-crank"), slicer_rows
     figure = stability_chart(pd.DataFrame(rows), ACCURACY, case.distance, case.beyond)
     labels = {panel.get_xlabel().replace("\n", " ") for panel in figure.axes} - {""}
     assert labels == {"distance of a crank angle from the singular one, deg; right of the bar it is the singular angle"}
@@ -153,8 +153,8 @@ def test_the_figures_name_the_singular_angle(slicer_rows):
 
 
 def test_margins_of_the_slider_crank_are_exact():
-    case = stability_case("slider-crank")
-    outcome = geometric_outcome(case.parameters, case.loop)
+    case = declared_case("slider-crank")
+    outcome = geometric_outcome(case.task(24))
     assert np.array_equal(outcome == Outcome.OK, case.margin > 0.0)
     assert outcome[case.margin == 0.0].tolist() == [Outcome.CHANGE_POINT]
     assert set(outcome[case.margin < 0.0].tolist()) == {Outcome.CRANK_BLOCKED}

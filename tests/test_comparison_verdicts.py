@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from loop_cases import four_bars
 
 from explore.comparison.methods.closed_form import ClosedForm
-from explore.comparison.methods.contract import Level, Motion, Outcome, Task
+from explore.comparison.methods.contract import Level, Motion, Outcome
 from explore.comparison.reference import exact_motion
 from explore.comparison.verdicts import Verdict, judge
 
@@ -14,12 +15,12 @@ ANGLES = np.linspace(0.0, 6.0, 13)[None, :]
 
 
 def task(lengths=LENGTHS, branch=1.0):
-    return Task(lengths, np.array([branch]), ANGLES, Level.VELOCITIES)
+    return four_bars(lengths, branch, ANGLES, Level.VELOCITIES)
 
 
 @pytest.fixture(scope="module")
 def exact():
-    return exact_motion(LENGTHS, np.ones(1), ANGLES)
+    return exact_motion(task())
 
 
 def motion(signals, outcome=Outcome.OK):

@@ -3,16 +3,19 @@
 A new method needs a line in the registry and one in `BOUNDS`.
 """
 
+from dataclasses import replace
+
 import mpmath
 import numpy as np
 import pytest
 from exact_linkage import ExactLinkage
+from loop_cases import FOUR_BAR, four_bars, largest_gap
 
 from explore.base.errors import RequestError
 from explore.comparison.methods import dyads
+from explore.comparison.methods.closed_form import geometric_outcome, solve_screened
 from explore.comparison.methods.contract import Capability, Level, Motion, Outcome, Task, method_label
-from explore.comparison.methods.four_bar_loop import FOUR_BAR
-from explore.comparison.methods.geometry import geometric_outcome, solve_screened
+from explore.comparison.methods.elimination import solve
 from explore.comparison.methods.registry import METHODS, check_method, methods_for
 from explore.comparison.scenes import bundled_scenes, load_scene
 
@@ -28,11 +31,11 @@ ALL = [
     for method in methods
 ]
 LAST = {methods[-1] for methods in METHODS.values() if methods}
-#: One setting of each method, the most accurate, by night all: they differ in a tolerance or a number of steps.
-EACH = [
-    case if case.values[0] in LAST else pytest.param(*case.values, id=case.id, marks=(*case.marks, pytest.mark.slow))
-    for case in ALL
-]
+#: One setting of each method, the most accurate: they differ in a tolerance or a number of steps.
+EACH = [case for case in ALL if case.values[0] in LAST]
+#: One of each kind: independent angles, iterations in both languages, fixed and adaptive steps, the solver of a peer.
+KINDS = [case for case in EACH if case.values[0].name in
+         ("closed-form", "textbook", "newton", "newton-compiled", "fsolve", "rk4-projected", "dop853")]  # fmt: skip
 #: Crank, coupler, rocker, ground of benign crank-rockers.
 BENIGN = np.array([
     [100.0, 1083.4236, 541.7118, 691.7118],
@@ -113,13 +116,13 @@ def turn(lengths, branch=1.0, count=73, level=Level.ACCELERATIONS, first=np.pi /
     """A task of a full turn, `count` crank angles from `first` on."""
     lengths = np.atleast_2d(np.asarray(lengths, dtype=float))
     angles = np.tile(first + np.linspace(0.0, 2.0 * np.pi, count), (len(lengths), 1))
-    return Task(lengths, np.broadcast_to(float(branch), len(lengths)), angles, level)
+    return four_bars(lengths, float(branch), angles, level)
 
 
 def exact(task):
     """The motion by mpmath with 60 digits, from Freudenstein's equation, shape (6, n, t)."""
     motion = np.empty((6, *task.crank_angle.shape))
-    for i, (lengths, branch) in enumerate(zip(task.parameters, task.branch, strict=True)):
+    for i, (*lengths, branch) in enumerate(task.parameters):
         linkage = ExactLinkage(*lengths, branch=int(branch))
         for j, angle in enumerate(task.crank_angle[i]):
             theta = mpmath.mpf(angle)
@@ -154,7 +157,7 @@ def test_errors_on_benign_linkages_are_within_their_bounds(method, benign):
     assert all(error <= bound for error, bound in zip(errors, BOUNDS[method_label(method)], strict=True)), errors
 
 
-@pytest.mark.parametrize("method", EACH)
+@pytest.mark.parametrize("method", KINDS)
 @pytest.mark.parametrize("level", [Level.POSITIONS, Level.VELOCITIES, Level.ACCELERATIONS])
 def test_a_lower_level_gives_the_same_signals(method, level):
     full, lower = solve_screened(method, turn(BENIGN)), solve_screened(method, turn(BENIGN, level=level))
@@ -163,15 +166,13 @@ def test_a_lower_level_gives_the_same_signals(method, level):
     assert np.allclose(lower.signals, full.signals[: 2 * level], rtol=0, atol=5e-15)
 
 
-@pytest.mark.parametrize("method", EACH)
+@pytest.mark.parametrize("method", KINDS)
 def test_a_double_crank_is_solved_too(method):
     task = turn([4.0, 5.0, 4.5, 2.0])
     motion, closed = solve_screened(method, task), METHODS["closed-form"][0].solve(task)
     assert motion.outcome.tolist() == [Outcome.OK]
-    assert np.abs(FOUR_BAR.gap(task.parameters.T[:, :, None], task.crank_angle, *closed.signals[:2])).max() < 1e-14
-    assert np.abs(FOUR_BAR.gap(task.parameters.T[:, :, None], task.crank_angle, *motion.signals[:2])).max() < (
-        20.0 * max(BOUNDS[method_label(method)])
-    )
+    assert largest_gap(task, closed.signals).max() < 1e-14
+    assert largest_gap(task, motion.signals).max() < 20.0 * max(BOUNDS[method_label(method)])
 
 
 @pytest.mark.parametrize("method", EACH)
@@ -183,26 +184,26 @@ def test_every_method_reports_the_geometric_outcome(method):
     assert motion.evaluations.sum() == 0
 
 
-@pytest.mark.parametrize("method", EACH)
+@pytest.mark.parametrize("method", KINDS)
 @pytest.mark.parametrize("name", list(bundled_scenes()))
 def test_on_every_scene_ok_means_a_closed_loop(method, name):
     """No method reports ok where no motion exists; where it reports ok, the gap in its loop is small."""
     scene = load_scene(bundled_scenes()[name])
-    if method not in [other for settings in methods_for(scene.loop).values() for other in settings]:
-        with pytest.raises(RequestError, match="solves four-bar linkages only"):
-            check_method(method, scene.loop)
+    designs = scene.designs
+    if method not in [other for settings in methods_for(designs.loop).values() for other in settings]:
+        with pytest.raises(RequestError, match="solves one loop with two unknown"):
+            check_method(method, designs.loop)
         return
-    possible = geometric_outcome(scene.parameters, scene.loop) == Outcome.OK
+    possible = geometric_outcome(designs.task(np.zeros((len(designs), 1)))) == Outcome.OK
     rows = np.concatenate([np.flatnonzero(possible)[:3], np.flatnonzero(~possible)[:1]])
-    parameters, branch = scene.parameters[rows], scene.branch[rows]
     angles = np.tile(np.pi / 2 + np.linspace(0.0, 2.0 * np.pi, 25), (len(rows), 1))
-    task = Task(parameters, branch, angles, Level.VELOCITIES, loop=scene.loop)
+    task = designs.part(rows).task(angles, Level.VELOCITIES)
     motion = solve_screened(method, task)
     ok = motion.outcome == Outcome.OK
     assert not (ok & ~possible[rows]).any()
-    gap = np.linalg.norm(scene.loop.gap(parameters.T[:, :, None], angles, *motion.signals[:2]), axis=0)
+    gap = largest_gap(task, motion.signals)
     # integrators accept gaps up to a tenth of the longest link, Newton up to its tolerance
-    assert (gap[ok] <= 0.1 * scene.loop.size(parameters.T)[ok, None]).all()
+    assert (gap[ok] <= 0.1 * task.size[ok, None]).all()
 
 
 @pytest.mark.parametrize("method", EACH)
@@ -214,18 +215,18 @@ def test_a_method_without_screening_never_raises(method):
     assert np.isfinite(motion.signals[:, ok]).all(), "NaN reported as OK"
 
 
-@pytest.mark.parametrize("method", EACH)
+@pytest.mark.parametrize("method", KINDS)
 def test_a_linkage_without_motion_does_not_change_the_others(method):
     mixed = np.vstack([BENIGN[:2], [list(k) for k in list(IMPOSSIBLE)[:4]], BENIGN[2:]])
     motion, alone = solve_screened(method, turn(mixed)), solve_screened(method, turn(BENIGN))
-    has_motion = geometric_outcome(mixed) == Outcome.OK
+    has_motion = geometric_outcome(turn(mixed)) == Outcome.OK
     assert np.array_equal(motion.signals[:, has_motion], alone.signals)
     assert np.array_equal(motion.outcome[has_motion], alone.outcome)
     assert np.array_equal(motion.evaluations[has_motion], alone.evaluations)
     assert np.array_equal(motion.iterations[has_motion], alone.iterations)
 
 
-@pytest.mark.parametrize("method", EACH)
+@pytest.mark.parametrize("method", KINDS)
 def test_evaluations_are_counted(method):
     motion = solve_screened(method, turn(BENIGN))
     iterates = Capability.ANY_ANGLE not in method.capabilities
@@ -237,24 +238,24 @@ def test_evaluations_are_counted(method):
 @pytest.mark.parametrize("method", [p for p in EACH if Capability.ANY_ANGLE in p.values[0].capabilities])
 def test_the_order_of_angles_does_not_matter_to_independent_methods(method):
     task = turn(BENIGN)
-    reversed_task = Task(task.parameters, task.branch, task.crank_angle[:, ::-1].copy(), task.level)
+    reversed_task = replace(task, crank_angle=task.crank_angle[:, ::-1].copy())
     assert np.array_equal(
         solve_screened(method, task).signals, solve_screened(method, reversed_task).signals[:, :, ::-1]
     )
 
 
-@pytest.mark.parametrize("method", EACH)
+@pytest.mark.parametrize("method", KINDS)
 def test_the_layout_of_the_arrays_in_memory_does_not_matter(method):
     task = turn(BENIGN, count=13)
-    column_major = Task(np.asfortranarray(task.parameters), task.branch, np.asfortranarray(task.crank_angle))
+    column_major = Task(FOUR_BAR, np.asfortranarray(task.parameters), np.asfortranarray(task.crank_angle))
     assert np.array_equal(method.solve(task).signals, method.solve(column_major).signals)
 
 
 def test_shapes_are_checked():
     with pytest.raises(ValueError, match="a task needs parameters"):
-        Task(np.ones((2, 4)), np.ones(1), np.ones((2, 3)))
+        Task(FOUR_BAR, np.ones((1, 5)), np.ones((2, 3)))
     with pytest.raises(ValueError, match="no method solves the level geometry"):
-        Task(np.ones((2, 4)), np.ones(2), np.ones((2, 3)), Level.GEOMETRY)
+        Task(FOUR_BAR, np.ones((2, 5)), np.ones((2, 3)), Level.GEOMETRY)
 
 
 def test_derivatives_of_the_loop_agree_with_finite_differences():
@@ -266,20 +267,22 @@ def test_derivatives_of_the_loop_agree_with_finite_differences():
     first = [float((a - b) / (2 * step)) for a, b in zip(above, below, strict=True)]
     second = [float((a - 2 * m + b) / step**2) for a, m, b in zip(above, here, below, strict=True)]
     angles = [float(x) for x in here]
-    signals = np.empty(6)
-    FOUR_BAR.fill_signals(signals, lengths, 1.234, *angles)
-    assert signals[2:4] == pytest.approx(first, rel=1e-14)
-    assert signals[4:] == pytest.approx(second, rel=1e-13)
-    assert np.abs(FOUR_BAR.gap(lengths, 1.234, *angles)).max() < 5e-13  # rounding of 1083
+    signals, task = np.empty((6, 1, 1)), four_bars(lengths[None], 1.0, np.array([[1.234]]))
+    FOUR_BAR.fill_signals(signals, task.upright, task.crank_angle, np.array(angles)[:, None, None])
+    assert signals[2:4, 0, 0] == pytest.approx(first, rel=1e-14)
+    assert signals[4:, 0, 0] == pytest.approx(second, rel=1e-13)
+    assert largest_gap(task, signals).max() < 5e-13  # rounding of 1083
 
 
 def test_newtons_step_solves_the_linear_system():
     lengths, angles = BENIGN[0], (0.3, 0.9)
-    loop = FOUR_BAR.linearise(lengths, 1.234, *angles)
+    about = FOUR_BAR.about(FOUR_BAR.columns([*lengths, 1.0]), 1.234, angles)
+    step, determinant = solve(about.columns, about.gap)
     _, r2, r3, _ = lengths
     jacobian = np.array([
         [-r2 * np.sin(0.3), r3 * np.sin(0.9)],
         [r2 * np.cos(0.3), -r3 * np.cos(0.9)],
     ])  # fmt: skip
-    assert loop.correction() == pytest.approx(np.linalg.solve(jacobian, -np.array(loop.gap)), rel=1e-12)
-    assert loop.determinant == pytest.approx(np.linalg.det(jacobian), rel=1e-12)
+    gap = [about.gap[0].real, about.gap[0].imag]
+    assert step == pytest.approx(np.linalg.solve(jacobian, gap), rel=1e-12)
+    assert determinant == pytest.approx(np.linalg.det(jacobian), rel=1e-12)

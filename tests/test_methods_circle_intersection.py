@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from loop_cases import four_bars
 from test_methods import differences, exact, turn
 
 from explore.comparison.methods.circle_intersection import CircleIntersection
 from explore.comparison.methods.closed_form import ClosedForm
-from explore.comparison.methods.contract import Level, Outcome, Task
+from explore.comparison.methods.contract import Level, Outcome
 
 #: Dyadic lengths, so that the Grashof margin of 2**-20 mm is exact.
 NEAR = [150.0 - 2.0**-20, 1083.5, 541.75, 691.75]
@@ -14,7 +15,7 @@ NEAR = [150.0 - 2.0**-20, 1083.5, 541.75, 691.75]
 
 def test_digits_are_lost_beside_the_toggle_position():
     """The diagonal is rounded at 1e-13 mm, of a factor that 0.01 deg away is 3e-6 mm: about eight digits remain."""
-    task = Task(np.array([NEAR]), np.ones(1), np.array([[np.deg2rad(0.01)]]), Level.VELOCITIES)
+    task = four_bars(np.array([NEAR]), 1.0, np.array([[np.deg2rad(0.01)]]), Level.VELOCITIES)
     reference = exact(task)
     assert 1e-10 < max(differences(CircleIntersection().solve(task), reference)) < 1e-6
     assert max(differences(ClosedForm().solve(task), reference)) < 2e-15
@@ -22,7 +23,7 @@ def test_digits_are_lost_beside_the_toggle_position():
 
 def test_nothing_is_rounded_in_the_toggle_position_itself():
     """At crank angle 0 pin and pivots are in one line, and lengths of few digits have exact differences."""
-    task = Task(np.array([NEAR]), np.ones(1), np.zeros((1, 1)), Level.VELOCITIES)
+    task = four_bars(np.array([NEAR]), 1.0, np.zeros((1, 1)), Level.VELOCITIES)
     assert max(differences(CircleIntersection().solve(task), exact(task))) < 2e-15
 
 

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from loop_cases import four_bars
 from test_methods import BENIGN, turn
 
 from explore.comparison.methods.closed_form import ClosedForm
-from explore.comparison.methods.contract import Level, Outcome, Task
-from explore.comparison.methods.four_bar_loop import FOUR_BAR
+from explore.comparison.methods.contract import Level, Outcome
+from explore.comparison.methods.elimination import solve
 from explore.comparison.methods.fsolve import Fsolve
 from explore.comparison.methods.newton import Newton
 
@@ -16,8 +17,11 @@ def test_it_reports_ok_on_the_other_branch():
     task = turn([150.0 - 2.0**-20, 1083.5, 541.75, 691.75], -1.0, 73, Level.VELOCITIES)
     motion, closed = Fsolve().solve(task), ClosedForm().solve(task)
     assert motion.outcome.tolist() == [Outcome.OK]
-    loop = FOUR_BAR.linearise(task.parameters.T[:, :, None], task.crank_angle, *motion.signals[:2])
-    on_other_branch = loop.determinant * task.branch > 0.0
+    own, other = (
+        solve(about.columns, about.gap)[1]
+        for about in (task.loop.about(task.upright, task.crank_angle, each.signals[:2]) for each in (closed, motion))
+    )
+    on_other_branch = own * other < 0.0
     assert on_other_branch.any()
     assert np.abs(motion.signals[2:] - closed.signals[2:]).max() > 0.1
 
@@ -41,7 +45,7 @@ def test_a_blocked_crank_does_not_converge():
 def test_an_inexact_start_is_corrected():
     """The start of the published study, whose angles are rounded degrees."""
     lengths, angle = np.array([[100.0, 1083.4236, 541.7118, 691.7118]]), np.full((1, 1), np.pi / 2)
-    task = Task(lengths, np.ones(1), angle, Level.POSITIONS, np.array([[0.2966, 0.8897]]))
+    task = four_bars(lengths, 1.0, angle, Level.POSITIONS, np.array([[0.2966, 0.8897]]))
     angles = Fsolve(1e-10).solve(task).signals[:, 0, 0]
     assert angles == pytest.approx([0.2985139259147518, 0.8832418337186799], abs=1e-12)
 

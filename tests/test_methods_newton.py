@@ -1,12 +1,14 @@
 """Newton's method, in NumPy and compiled: corrections, cost, and changes of branch."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from loop_cases import four_bars, largest_gap
 from test_methods import BENIGN, differences, turn
 
 from explore.comparison.methods.closed_form import ClosedForm
-from explore.comparison.methods.contract import Capability, Level, Outcome, Task
-from explore.comparison.methods.four_bar_loop import FOUR_BAR
+from explore.comparison.methods.contract import Capability, Level, Outcome
 from explore.comparison.methods.newton import Newton
 from explore.comparison.methods.newton_compiled import CompiledNewton
 
@@ -25,16 +27,16 @@ PUBLISHED = [
 def from_published_start(crank, start):
     """A task of one crank angle with the rounded start angles."""
     lengths = np.array([[crank, 1083.4236, 541.7118, 691.7118]])
-    return Task(lengths, np.ones(1), np.full((1, 1), np.pi / 2), Level.POSITIONS, np.array([start]))
+    return four_bars(lengths, 1.0, np.full((1, 1), np.pi / 2), Level.POSITIONS, np.array([start]))
 
 
 @in_both_languages
 @pytest.mark.parametrize(("crank", "start", "gap_length", "angles"), PUBLISHED)
 def test_an_inexact_start_is_corrected(newton, crank, start, gap_length, angles):
     task = from_published_start(crank, start)
-    gap = FOUR_BAR.gap(task.parameters[0], np.pi / 2, *start)
+    gap = largest_gap(task, np.array(start)[:, None, None])
     # the angles are printed with four digits: 5e-5 of 1083 mm
-    assert np.hypot(*gap) == pytest.approx(gap_length, abs=0.06)
+    assert gap[0, 0] == pytest.approx(gap_length, abs=0.06)
     motion = newton(1e-12).solve(task)
     assert motion.outcome.tolist() == [Outcome.OK]
     assert motion.signals[:, 0, 0] == pytest.approx(angles, abs=1e-14)  # quadratic convergence: far below the tolerance
@@ -53,7 +55,7 @@ def test_each_correction_doubles_the_digits(newton, crank, start, gap_length, an
 def test_the_loop_is_closed_to_the_tolerance(newton, tolerance):
     task = turn(BENIGN)
     motion = newton(tolerance).solve(task)
-    gap = np.hypot(*FOUR_BAR.gap(task.parameters.T[:, :, None], task.crank_angle, *motion.signals[:2]))
+    gap = largest_gap(task, motion.signals)
     assert (gap <= tolerance * task.parameters.max(axis=1)[:, None]).all()
     assert (motion.evaluations == 2 * motion.iterations + 73).all()
 
@@ -102,8 +104,7 @@ def test_a_linkage_that_cannot_be_assembled_does_not_converge(newton):
 @in_both_languages
 def test_a_start_on_the_other_branch_is_detected(newton):
     mirrored_start = ClosedForm().solve(turn(BENIGN, -1.0)).signals[:2, :, 0].T
-    exact_start = turn(BENIGN)
-    task = Task(exact_start.parameters, exact_start.branch, exact_start.crank_angle, exact_start.level, mirrored_start)
+    task = replace(turn(BENIGN), start=mirrored_start)
     assert set(newton().solve(task).outcome) == {Outcome.WRONG_BRANCH}
     assert np.isnan(newton().solve(task).signals).all()
     assert set(Newton(check_branch=False).solve(task).outcome) == {Outcome.OK}

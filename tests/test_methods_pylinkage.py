@@ -4,11 +4,12 @@ import sys
 
 import numpy as np
 import pytest
+from loop_cases import four_bars
 from test_methods import BENIGN, SKIPS, differences, turn
 
 from explore.base.errors import RequestError
 from explore.comparison.methods.closed_form import ClosedForm
-from explore.comparison.methods.contract import Level, Outcome, Task
+from explore.comparison.methods.contract import Level, Outcome
 from explore.comparison.methods.dyads import PylinkageDyads
 
 pytestmark = SKIPS["pylinkage"]
@@ -26,7 +27,7 @@ def silently_wrong(task):
 
 def test_unequal_steps_are_solved_one_by_one():
     angles = np.sort(np.random.default_rng(3).uniform(0.0, 6.0, (len(BENIGN), 40)), axis=1)
-    task = Task(BENIGN, np.ones(len(BENIGN)), angles)
+    task = four_bars(BENIGN, 1.0, angles)
     errors = differences(PylinkageDyads().solve(task), ClosedForm().solve(task).signals)
     assert max(errors) < 1e-14  # rounding accumulates over 40 angles; the bound for equal steps is for 73
 

@@ -8,19 +8,20 @@ import numpy as np
 import pytest
 from exact_slider_crank import ExactSliderCrank
 from exact_variable_crank import ExactVariableCrank
+from loop_cases import SLIDER_CRANK, VARIABLE_CRANK, largest_gap
 
 import explore
+from explore.comparison.methods.closed_form import find_sides, geometric_outcome
 from explore.comparison.methods.contract import Capability, Level, Outcome, Task, method_label
+from explore.comparison.methods.design_equations import DesignEquations
+from explore.comparison.methods.elimination import solve
 from explore.comparison.methods.fsolve import Fsolve
-from explore.comparison.methods.geometry import geometric_outcome
 from explore.comparison.methods.newton import Newton
-from explore.comparison.methods.ode import LoopEquations, VelocityIntegration
-from explore.comparison.methods.registry import LOOPS, METHODS, find_method, methods_for
-from explore.comparison.methods.slider_crank_loop import SLIDER_CRANK
-from explore.comparison.methods.variable_crank_loop import VARIABLE_CRANK, regular_position
-from explore.comparison.reference import multiple_precision
-from explore.comparison.slider_reference import _MOTIONS, exact_motion_of
+from explore.comparison.methods.ode import VelocityIntegration
+from explore.comparison.methods.registry import METHODS, find_method, methods_for
+from explore.comparison.reference import ExactDesign, exact_motion, multiple_precision
 from explore.comparison.verdicts import Verdict, judge, signal_errors
+from explore.mechanisms.variable_crank.loop import singular_angle
 
 #: Crank, rod, offset; rod, slider's speed, speed, reversal time, blend order.
 SLIDERS = np.array([[100.0, 260.0, 30.0], [50.0, 180.0, -40.0], [1.0, 3.0, 0.5]])
@@ -120,13 +121,13 @@ def turn(loop, level=Level.ACCELERATIONS):
     else:
         parameters, degrees = SLICERS, np.linspace(95.0, 265.0, 35)
     angles = np.tile(np.deg2rad(degrees), (len(parameters), 1))
-    return Task(parameters, np.ones(len(parameters)), angles, level, loop=loop)
+    return Task(loop, parameters, angles, level)
 
 
 @pytest.fixture(scope="module")
 def exact():
     """The exact motions by the name of the loop."""
-    return {loop.name: exact_motion_of(turn(loop)) for loop in (SLIDER_CRANK, VARIABLE_CRANK)}
+    return {loop.name: exact_motion(turn(loop)) for loop in (SLIDER_CRANK, VARIABLE_CRANK)}
 
 
 def test_every_setting_has_an_error_bound():
@@ -148,19 +149,19 @@ def test_errors_are_within_their_bounds(loop, method, exact):
 
 @pytest.mark.parametrize("loop", [SLIDER_CRANK, VARIABLE_CRANK], ids=lambda loop: loop.name)
 def test_the_exact_motion_closes_its_loop_and_is_its_own_derivative(loop):
-    """Rates of the reference by central differences with 80 digits; a step of 1e-20 leaves 40 of them."""
-    context, motion = multiple_precision(), _MOTIONS[loop.name]
-    step = context.mpf(10) ** -20
+    """Rates of the reference by central differences; a step of 1e-12 leaves 24 digits."""
+    context = multiple_precision()
+    step = context.mpf(10) ** -12
     for parameters in turn(loop).parameters:
-        design = [context.mpf(float(parameter)) for parameter in parameters]
+        design = ExactDesign(loop, parameters)
         for angle in (0.05, 1.2, 2.0, 3.0, 3.3, 4.5, 6.2):
-            here = motion(context.mpf(angle), *design)
-            below, above = (motion(context.mpf(angle) + k * step, *design) for k in (-1, 1))
+            below, here, above = design.motions([context.mpf(angle) + k * step for k in (-1, 0, 1)])
             for k in range(4):
                 difference = (above[k] - below[k]) / (2 * step)
-                assert abs(difference - here[k + 2]) < 1e-30 * (1 + abs(here[k + 2]))
-            gap = loop.gap(parameters, angle, float(here[0]), float(here[1]))
-            assert np.abs(gap).max() < 4e-16 * loop.size(parameters)  # rounding of two sums
+                assert abs(difference - here[k + 2]) < 1e-20 * (1 + abs(here[k + 2]))
+            task = Task(loop, parameters[None], np.array([[angle]]))
+            gap = largest_gap(task, np.array([float(value) for value in here])[:, None, None])
+            assert gap.max() < 4e-16 * task.size[0]  # rounding of two sums
 
 
 def test_the_reference_agrees_with_that_of_the_mechanisms():
@@ -168,53 +169,37 @@ def test_the_reference_agrees_with_that_of_the_mechanisms():
     theta = 2.2
     slider, slicer = ExactSliderCrank(*SLIDERS[0]), ExactVariableCrank(*SLICERS[0])
     x, v, a, angle, w, dw = (float(value) for value in slider.motion(mpmath.mpf(theta))[:6])
-    task = Task(SLIDERS[:1], np.ones(1), np.array([[theta]]), loop=SLIDER_CRANK)
-    assert exact_motion_of(task)[:, 0, 0].tolist() == [x, angle, v, w, a, dw]
-    task = Task(SLICERS[:1], np.ones(1), np.array([[theta]]), loop=VARIABLE_CRANK)
+    task = Task(SLIDER_CRANK, SLIDERS[:1], np.array([[theta]]))
+    assert exact_motion(task)[:, 0, 0].tolist() == [angle, x, w, v, dw, a]
+    task = Task(VARIABLE_CRANK, SLICERS[:1], np.array([[theta]]))
     with mpmath.workdps(40):
         expected = [float(slicer.crank(mpmath.mpf(theta))), float(slicer.crank_slope(mpmath.mpf(theta)))]
-    assert exact_motion_of(task)[[0, 2], 0, 0] == pytest.approx(expected, rel=1e-15)
+    assert exact_motion(task)[[1, 3], 0, 0] == pytest.approx(expected, rel=1e-15)
 
 
 @pytest.mark.parametrize("loop", [SLIDER_CRANK, VARIABLE_CRANK], ids=lambda loop: loop.name)
 def test_the_rates_of_one_design_are_those_of_all(loop):
     task = turn(loop)
-    signals = exact_motion_of(task)
+    signals = exact_motion(task)
     for i, parameters in enumerate(task.parameters):
-        rates = LoopEquations(loop, parameters).rates(float(task.crank_angle[i, 3]), signals[:2, i, 3])
+        rates = DesignEquations(loop, parameters).rates(float(task.crank_angle[i, 3]), signals[:2, i, 3])
         # the rounding of the unknowns, by the condition of the loop at 14 degrees from the singular angle
         assert rates == pytest.approx(signals[2:4, i, 3], rel=1e-12)
 
 
-@pytest.mark.parametrize("loop", list(LOOPS.values()), ids=lambda loop: loop.name)
-def test_the_other_branch_closes_the_loop_with_the_other_orientation(loop):
-    task = turn(loop) if loop.name != "crank-rocker" else four_bar_turn()
-    parameters = task.parameters.T[:, :, None]
-    signals = METHODS["closed-form"][0].solve(task).signals
-    other = loop.mirror(parameters, task.crank_angle, signals[0], signals[1])
-    gap = np.hypot(*loop.gap(parameters, task.crank_angle, *other))
-    assert (gap <= 2e-15 * loop.size(parameters)).all()
-    orientation = np.broadcast_to(loop.orientation(parameters, task.crank_angle), task.crank_angle.shape)
-    own = loop.linearise(parameters, task.crank_angle, *signals[:2]).determinant
-    mirrored = loop.linearise(parameters, task.crank_angle, *other).determinant
-    assert (own * orientation > 0.0).all()
-    assert (mirrored * orientation < 0.0).all()
-
-
-def test_the_orientation_of_the_variable_crank_changes_at_the_singular_angle_not_at_90_deg():
+def test_the_determinant_of_the_variable_crank_changes_its_sign_at_the_singular_angle_not_at_90_deg():
     """Between both the determinant of its closed form has the same sign as beyond 90 deg."""
-    regular = np.rad2deg(regular_position(SLICERS.T[:, :, None])[0]).max()
-    angles = np.tile(np.deg2rad(np.linspace(regular + 0.5, 89.5, 7)), (len(SLICERS), 1))
-    task = Task(SLICERS, np.ones(len(SLICERS)), angles, Level.POSITIONS, loop=VARIABLE_CRANK)
-    signals = METHODS["closed-form"][0].solve(task).signals
-    parameters = SLICERS.T[:, :, None]
-    own = VARIABLE_CRANK.linearise(parameters, angles, *signals[:2]).determinant
-    assert (own * VARIABLE_CRANK.orientation(parameters, angles) > 0.0).all()
+    regular = np.rad2deg(regular_of(SLICERS)).max()
+    angles = np.tile(np.deg2rad([10.0, *np.linspace(regular + 0.5, 89.5, 7), 120.0]), (len(SLICERS), 1))
+    task = Task(VARIABLE_CRANK, SLICERS, angles, Level.POSITIONS)
+    about = VARIABLE_CRANK.about(task.upright, angles, METHODS["closed-form"][0].solve(task).signals)
+    assert (solve(about.columns, about.gap)[1] * find_sides(task) > 0.0).all()
+    assert (find_sides(task)[:, 0] * find_sides(task)[:, 1] < 0.0).all()
 
 
-def four_bar_turn():
-    lengths = np.array([[20.0, 50.0, 45.0, 40.0]])
-    return Task(lengths, np.ones(1), np.linspace(0.0, 6.0, 13)[None])
+def regular_of(parameters):
+    """The crank angle of each slicer at which crank and rod are perpendicular."""
+    return singular_angle(VARIABLE_CRANK.columns(parameters.T))
 
 
 def test_outcomes_known_from_the_geometry():
@@ -222,10 +207,10 @@ def test_outcomes_known_from_the_geometry():
                         [0.0, 1.0, 0.0], [1.0, np.nan, 0.0]])  # fmt: skip
     expected = [Outcome.OK, Outcome.CANNOT_ASSEMBLE, Outcome.CRANK_BLOCKED, Outcome.CHANGE_POINT, Outcome.NOT_FINITE,
                 Outcome.NOT_FINITE]  # fmt: skip
-    assert geometric_outcome(sliders, SLIDER_CRANK).tolist() == expected
+    assert geometric_outcome(Task(SLIDER_CRANK, sliders, np.zeros((6, 1)))).tolist() == expected
     slicers = np.array([SLICERS[0], [500.0, 800.0, 100.0 * np.pi / 30.0, 0.29, 2.0], [60.0, 800.0, 10.0, 0.1, 2.0]])
     expected = [Outcome.OK, Outcome.NO_MOTION, Outcome.NO_MOTION]
-    assert geometric_outcome(slicers, VARIABLE_CRANK).tolist() == expected
+    assert geometric_outcome(Task(VARIABLE_CRANK, slicers, np.zeros((3, 1)))).tolist() == expected
 
 
 @pytest.mark.parametrize(("loop", "method"), CASES)
@@ -234,38 +219,38 @@ def test_a_design_without_motion_gives_an_outcome(loop, method):
     blocked = [100.0, 120.0, 30.0] if loop is SLIDER_CRANK else [60.0, 800.0, 10.0, 0.1, 2.0]
     for parameters in (blocked, [np.nan] * len(blocked)):
         angles = np.linspace(0.0, 2.0 * np.pi, 13)[None]
-        motion = method.solve(Task(np.array([parameters]), np.ones(1), angles, loop=loop))
+        motion = method.solve(Task(loop, np.array([parameters]), angles))
         assert motion.outcome[0] != Outcome.OK or np.isfinite(motion.signals).all()
 
 
 def test_the_integrated_equation_ends_at_the_singular_angle_and_the_closed_form_does_not():
     """The published way: rod and crank are perpendicular at 81.4 degrees; steps of adaptive integrators collapse."""
     parameters = SLICERS[:1]
-    regular = float(np.rad2deg(regular_position(parameters[0])[0]))
+    regular = float(np.rad2deg(regular_of(parameters)[0]))
     assert regular == pytest.approx(81.40903717447330, rel=1e-14)
     degrees = np.arange(0.0, 361.0)
-    task = Task(parameters, np.ones(1), np.deg2rad(degrees)[None], Level.VELOCITIES, loop=VARIABLE_CRANK)
-    exact_motion = exact_motion_of(task)
+    task = Task(VARIABLE_CRANK, parameters, np.deg2rad(degrees)[None], Level.VELOCITIES)
+    reference = exact_motion(task)
     for solver, rtol in (("RK45", 1e-9), ("DOP853", 1e-9), ("Radau", 1e-6)):
         motion = VelocityIntegration(solver, rtol).solve(task)
         assert motion.outcome[0] in (Outcome.GAVE_UP, Outcome.NOT_FINITE, Outcome.WRONG_BRANCH)
-        errors = signal_errors(task, motion.signals, exact_motion)[:, 0].max(axis=0)
+        errors = signal_errors(task, motion.signals, reference)[:, 0].max(axis=0)
         assert errors[degrees <= 75.0].max() < 1e-4  # 6 degrees ahead the velocity has lost two of its six digits
         behind = (degrees > regular) & (degrees < 360.0 - regular)  # Radau changes the branch there, and back later
         assert not (errors[behind] <= 1e-6).any()
     closed = METHODS["closed-form"][0].solve(task)
-    assert signal_errors(task, closed.signals, exact_motion).max() < 2e-14
+    assert signal_errors(task, closed.signals, reference).max() < 2e-14
 
 
 @pytest.mark.parametrize(("error", "expected"), [(1e-3, 1.94439e-3), (1.0, 6.099e-2)])
 def test_a_start_length_that_is_wrong_ends_ahead_of_the_singular_angle(error, expected):
     """Ahead by the square root of the error; 1.94439e-3 and 6.099e-2 rad for 1e-3 and 1 mm, from the specification."""
     parameters = SLICERS[:1]
-    regular = float(regular_position(parameters[0])[0])
+    regular = float(regular_of(parameters)[0])
     angles = np.concatenate([[0.0], regular - expected + np.linspace(-1e-3, 1e-3, 401) * expected * 50.0])[None]
-    first = Task(parameters, np.ones(1), angles[:, :1], Level.POSITIONS, loop=VARIABLE_CRANK)
-    start = exact_motion_of(first)[:2, 0, 0] + [error, 0.0]
-    task = Task(parameters, np.ones(1), angles, Level.POSITIONS, start[None], loop=VARIABLE_CRANK)
+    first = Task(VARIABLE_CRANK, parameters, angles[:, :1], Level.POSITIONS)
+    start = exact_motion(first)[:2, 0, 0] + [0.0, error]
+    task = Task(VARIABLE_CRANK, parameters, angles, Level.POSITIONS, start[None])
     motion = VelocityIntegration("DOP853", 1e-11).solve(task)
     reached = angles[0, np.isfinite(motion.signals[0, 0])].max()
     # within a hundredth: the four digits of the specification, and the last output angle before the end
@@ -273,10 +258,10 @@ def test_a_start_length_that_is_wrong_ends_ahead_of_the_singular_angle(error, ex
 
 
 def test_at_the_singular_angle_newton_stops_and_the_textbook_loses_the_velocity():
-    regular = float(regular_position(SLICERS[0])[0])
+    regular = float(regular_of(SLICERS)[0])
     angles = np.array([[0.5 * regular, 0.75 * regular, regular - 1e-7]])
-    task = Task(SLICERS[:1], np.ones(1), angles, Level.VELOCITIES, loop=VARIABLE_CRANK)
-    reference = exact_motion_of(task)
+    task = Task(VARIABLE_CRANK, SLICERS[:1], angles, Level.VELOCITIES)
+    reference = exact_motion(task)
     textbook = judge(task, METHODS["textbook"][0].solve(task), reference, 1e-6)
     assert textbook.verdict.tolist() == [Verdict.INACCURATE]
     closed = judge(task, METHODS["closed-form"][0].solve(task), reference, 1e-13)
@@ -322,7 +307,7 @@ def test_simulate_over_the_singular_angle_warns():
 def test_methods_for_four_bars_alone_say_so(name):
     if not METHODS[name]:
         pytest.skip("pylinkage is not installed: extra peers")
-    assert Capability.FOUR_BAR_ONLY in find_method(name).capabilities
-    message = f"method {name!r} solves four-bar linkages only; slider-crank is solved by closed-form, textbook, newton"
+    assert Capability.TWO_ANGLES in find_method(name).capabilities
+    message = f"method {name!r} solves one loop with two unknown angles; slider-crank is solved by closed-form"
     with pytest.raises(explore.RequestError, match=re.escape(message)):
         explore.simulate("slider-crank", {"crank": 1.0, "rod": 3.0}, method=name)

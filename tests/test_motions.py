@@ -62,7 +62,7 @@ def test_a_method_on_the_wrong_branch_warns():
 
 def test_a_method_that_fails_warns_and_returns_nan():
     with pytest.warns(
-        RuntimeWarning, match="newton.* failed for this design: the iteration converged to the other branch"
+        RuntimeWarning, match="newton.* failed for this design: the iteration converged to another assembly"
     ):
         motion = explore.simulate("crank-rocker", NEAR, method="newton", angles=TURN)
     assert motion["rocker_velocity"].isna().any()

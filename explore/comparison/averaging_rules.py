@@ -1,10 +1,9 @@
 """Rules for averaging a motion over a stroke or a turn.
 
 A rule is a frozen dataclass whose fields are its settings. All but `GradedRule` sample the same closed form, so their
-errors are those of the quadrature alone. The crank turns at 1 rad/s; a linkage that does not rock has NaN and no nodes.
+errors are those of the quadrature alone. The crank turns at 1 rad/s; a design without strokes has NaN and no nodes.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
@@ -13,22 +12,18 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.comparison.methods.closed_form import ClosedForm
-from explore.comparison.methods.contract import MotionRow, Task
-from explore.comparison.reference import REFERENCE_SIGNALS, REFERENCE_STATISTICS
-from explore.comparison.strokes import evaluate_geometry, stroke_ends
+from explore.comparison.reference_statistics import STATISTICS
+from explore.comparison.strokes import Designs
 from explore.evaluation.evaluate import evaluate_columns
-from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.model.quantities import FloatArray
-from explore.model.status import Status
 from explore.studies.request.requests import make_request
 
-_MEAN, _VARIANCE, _CV, _MIN, _MAX = range(len(REFERENCE_STATISTICS))
-_ROWS = [MotionRow.ROCKER_ANGLE, MotionRow.ROCKER_VELOCITY, MotionRow.ROCKER_ACCELERATION]
+_MEAN, _VARIANCE, _CV, _MIN, _MAX = range(len(STATISTICS))
 
 
 @dataclass(frozen=True, eq=False)
 class Averages:
-    """Statistics, (3, 5, n) as of `reference.exact_statistics`, and the number of crank angles that are solved."""
+    """Statistics, (3, 5, n) as of `exact_statistics`, and the number of crank angles that are solved."""
 
     values: FloatArray
     nodes: npt.NDArray[np.int64]
@@ -40,20 +35,20 @@ class AveragingRule(Protocol):
     name: ClassVar[str]
     summary: ClassVar[str]
 
-    def average(self, lengths: FloatArray, branch: FloatArray, window: str) -> Averages:
-        """Average over the window "drive", the slower stroke, or "cycle", for lengths (n, 4) and branch (n,)."""
+    def average(self, designs: Designs, window: str) -> Averages:
+        """Average over the window "drive", the slower stroke, or "cycle", of designs."""
         ...
 
 
 @dataclass(frozen=True)
 class PublishedRule:
-    """The rule of the published study: differences of rocker angles as derivatives, variances with n - 1."""
+    """The rule of the published study: differences of positions as derivatives, variances with n - 1."""
 
     name: ClassVar[str] = "published"
     summary: ClassVar[str] = "first and second differences of equispaced angles, sample variance, as published"
     samples: int = 50
 
-    def average(self, lengths: FloatArray, branch: FloatArray, window: str) -> Averages:
+    def average(self, designs: Designs, window: str) -> Averages:
         """Average over samples from one end of the window to the other, both included."""
 
         def statistics(signals: FloatArray, length: FloatArray) -> FloatArray:
@@ -61,7 +56,7 @@ class PublishedRule:
             rows = (angle, np.diff(angle) / step, np.diff(angle, 2) / step**2)
             return np.stack([_stack_statistics(row.mean(axis=1), row.var(axis=1, ddof=1), row) for row in rows])
 
-        return _sampled_averages(lengths, branch, window, np.linspace(0.0, 1.0, self.samples), statistics)
+        return _sampled_averages(designs, window, np.linspace(0.0, 1.0, self.samples), statistics)
 
 
 @dataclass(frozen=True)
@@ -77,12 +72,10 @@ class TrapezoidalRule:
     samples: int
     start: float = 0.0
 
-    def average(self, lengths: FloatArray, branch: FloatArray, window: str) -> Averages:
+    def average(self, designs: Designs, window: str) -> Averages:
         """Average the samples, then the squared deviations from the mean."""
         fractions, weights = _equispaced(self.samples, self.start, window)
-        return _sampled_averages(
-            lengths, branch, window, fractions, lambda signals, _: _weighted_statistics(signals, weights)
-        )
+        return _sampled_averages(designs, window, fractions, lambda signals, _: _weighted_statistics(signals, weights))
 
 
 @dataclass(frozen=True)
@@ -93,7 +86,7 @@ class OnePassRule:
     summary: ClassVar[str] = "equispaced samples, variance as mean square minus squared mean"
     samples: int
 
-    def average(self, lengths: FloatArray, branch: FloatArray, window: str) -> Averages:
+    def average(self, designs: Designs, window: str) -> Averages:
         """Average samples and squares in one pass."""
         fractions, weights = _equispaced(self.samples, 0.0, window)
 
@@ -101,7 +94,7 @@ class OnePassRule:
             mean = signals @ weights
             return _stack_statistics(mean, (signals * signals) @ weights - mean * mean, signals)
 
-        return _sampled_averages(lengths, branch, window, fractions, statistics)
+        return _sampled_averages(designs, window, fractions, statistics)
 
 
 @dataclass(frozen=True)
@@ -112,15 +105,13 @@ class GaussRule:
     summary: ClassVar[str] = "Gauss-Legendre in the crank angle, on the stroke or on quarters of the turn"
     nodes: int
 
-    def average(self, lengths: FloatArray, branch: FloatArray, window: str) -> Averages:
+    def average(self, designs: Designs, window: str) -> Averages:
         """Average over all pieces, then the squared deviations from the mean."""
         pieces = 4 if window == "cycle" else 1
         nodes, weights = np.polynomial.legendre.leggauss(self.nodes)
         fractions = (np.arange(pieces)[:, None] + 0.5 * (nodes + 1.0)).ravel() / pieces
         weights = np.tile(0.5 * weights, pieces) / pieces
-        return _sampled_averages(
-            lengths, branch, window, fractions, lambda signals, _: _weighted_statistics(signals, weights)
-        )
+        return _sampled_averages(designs, window, fractions, lambda signals, _: _weighted_statistics(signals, weights))
 
 
 @dataclass(frozen=True)
@@ -134,24 +125,26 @@ class GradedRule:
     summary: ClassVar[str] = "panels graded towards the singularities, nodes by tolerance, as in a sweep"
     tolerance: float
 
-    def average(self, lengths: FloatArray, branch: FloatArray, window: str) -> Averages:
+    def average(self, designs: Designs, window: str) -> Averages:
         """Average by `evaluate_columns`."""
+        names, mechanism = designs.output or ("", "", ""), designs.mechanism
         metrics = {
             (s, k): f"{signal}_{statistic}"
-            for s, signal in enumerate(REFERENCE_SIGNALS)
-            for k, statistic in enumerate(REFERENCE_STATISTICS)
-            if k != _CV or (signal == "rocker_velocity" and window == "drive")
+            for s, signal in enumerate(names)
+            for k, statistic in enumerate(STATISTICS)
+            if k != _CV or (s == 1 and window == "drive")
         }
         request = make_request(
-            CRANK_ROCKER, metrics=list(metrics.values()), window=window, drive="slow", tolerance=self.tolerance
+            mechanism, metrics=list(metrics.values()), window=window, drive="slow", tolerance=self.tolerance
         )
-        parameters = dict(zip(("crank", "coupler", "rocker", "ground"), lengths.T, strict=True))
-        columns = evaluate_columns(request, {**parameters, "branch": branch}).columns
-        values = np.full((len(REFERENCE_SIGNALS), len(REFERENCE_STATISTICS), len(lengths)), np.nan)
+        unit_speed = {mechanism.speed.name: np.ones(len(designs))} if mechanism.speed else {}
+        columns = evaluate_columns(request, {**designs.columns, **unit_speed}).columns
+        values = np.full((len(names), len(STATISTICS), len(designs)), np.nan)
         for index, name in metrics.items():
             values[index] = columns[name]
-        values[0] = np.deg2rad(values[0])
-        values[0, _VARIANCE] = np.deg2rad(values[0, _VARIANCE])  # deg^2
+        if mechanism.signal(names[0]).unit == "deg":
+            values[0] = np.deg2rad(values[0])
+            values[0, _VARIANCE] = np.deg2rad(values[0, _VARIANCE])  # deg^2
         return Averages(values, columns["nodes"].astype(np.int64))
 
 
@@ -180,34 +173,27 @@ def relative_errors(averages: Averages, exact: FloatArray) -> FloatArray:
 
 
 def _sampled_averages(
-    lengths: FloatArray,
-    branch: FloatArray,
+    designs: Designs,
     window: str,
     fractions: FloatArray,
     statistics: Callable[[FloatArray, FloatArray], FloatArray],
 ) -> Averages:
     """Statistics from samples of the closed form at fractions of the window: 0 at its first angle, 1 at its last.
 
-    `statistics` maps signals, (3, m, t), and window lengths, rad, of the m linkages that rock to statistics, (3, 5, m).
+    `statistics` maps signals, (3, m, t), and window lengths, rad, of m designs with strokes to statistics, (3, 5, m).
     """
-    ends = _window_ends(lengths, branch, window)
-    rocks = np.isfinite(ends[:, 0])
-    values = np.full((len(REFERENCE_SIGNALS), len(REFERENCE_STATISTICS), len(lengths)), np.nan)
+    ends, rocks = designs.ends(window), designs.has_strokes
+    values = np.full((3, len(STATISTICS), len(designs)), np.nan)
     if rocks.any():
         first, length = ends[rocks, :1], np.diff(ends[rocks])
-        task = Task(lengths[rocks], branch[rocks], first + length * fractions)
-        values[:, :, rocks] = statistics(ClosedForm().solve(task).signals[_ROWS], length[:, 0])
+        task = designs.part(rocks).task(first + length * fractions)
+        signals = ClosedForm().solve(task).signals[designs.row :: task.loop.count]
+        if designs.row < task.loop.n_angles:
+            signals[0] = np.unwrap(signals[0])
+        values[:, :, rocks] = statistics(signals, length[:, 0])
     # the cv is defined only for the velocity over a stroke: other means are 0 or depend on the datum of the angle
     values[[0, 2] if window == "drive" else [0, 1, 2], _CV] = np.nan
     return Averages(values, np.where(rocks, len(fractions), 0))
-
-
-def _window_ends(lengths: FloatArray, branch: FloatArray, window: str) -> FloatArray:
-    """First and last crank angle of the window (rad), shape (n, 2); NaN for a linkage that does not rock."""
-    if window == "drive":
-        return stroke_ends(lengths, branch)
-    rocks = evaluate_geometry(lengths, branch) == Status.OK
-    return np.where(rocks[:, None], [0.0, 2.0 * math.pi], np.nan)
 
 
 def _equispaced(samples: int, start: float, window: str) -> tuple[FloatArray, FloatArray]:

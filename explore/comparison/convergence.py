@@ -13,8 +13,9 @@ from scipy.integrate import DOP853, RK45
 
 from explore.comparison.methods.closed_form import ClosedForm
 from explore.comparison.methods.contract import Level, Task
-from explore.comparison.methods.four_bar_loop import FOUR_BAR
-from explore.comparison.methods.ode import AdaptiveSolver, LoopEquations, VelocityIntegration
+from explore.comparison.methods.design_equations import DesignEquations
+from explore.comparison.methods.loop import Loop
+from explore.comparison.methods.ode import AdaptiveSolver, VelocityIntegration
 from explore.comparison.methods.runge_kutta import RungeKutta4
 from explore.model.quantities import FloatArray
 
@@ -22,8 +23,6 @@ from explore.model.quantities import FloatArray
 _ROUNDING_FACTOR = 30.0
 #: Least number of points for a slope and its standard error.
 _MIN_POINTS = 4
-#: Crank-rocker far from its change point: crank, coupler, rocker, ground, mm.
-LENGTHS = np.array([[20.0, 50.0, 45.0, 40.0]])
 #: Crank angle to which methods integrate, rad.
 _END = 4.0
 #: Steps per turn of the Runge-Kutta method.
@@ -84,19 +83,19 @@ def _fit_line(x: FloatArray, y: FloatArray) -> tuple[float, float]:
     return slope, float(np.sqrt(residual @ residual / (len(x) - 2) / (x @ x)))
 
 
-def measure_orders() -> list[dict[str, Any]]:
-    """Measure the order of every integrator, at equal steps and at steps that the solver chooses.
+def measure_orders(loop: Loop, design: FloatArray) -> list[dict[str, Any]]:
+    """Measure the order of every integrator on a design, at equal steps and at steps that the solver chooses.
 
     Rows with the keys method, steps ("equal" or "by tolerance"), theory, measured, deviation (its standard error),
     points.
     """
-    rows = [_row("rk4", "equal", 4, *_runge_kutta_errors())]
+    rows = [_row("rk4", "equal", 4, *_runge_kutta_errors(loop, design))]
     for solver, (theory, counts) in _EXPLICIT.items():
-        errors = [_equal_step_error(solver, count) for count in counts]
+        errors = [_equal_step_error(loop, design, solver, count) for count in counts]
         rows.append(_row(solver.__name__.lower(), "equal", theory, 1.0 / np.array(counts), np.array(errors)))
     for name, (theory, exponents) in _ADAPTIVE.items():
         # three more turns: with few steps, rounding their number to an integer would distort the slope
-        task = _start_and_end(_END + 6.0 * np.pi)
+        task = _start_and_end(loop, design, _END + 6.0 * np.pi)
         exact = ClosedForm().solve(task).signals[:, 0, 1]
         motions = [VelocityIntegration(name, float(rtol)).solve(task) for rtol in 10.0**-exponents]
         errors = [float(np.abs(motion.signals[:, 0, 1] - exact).max()) for motion in motions]
@@ -117,26 +116,26 @@ def _row(method: str, steps: str, theory: int, sizes: FloatArray, errors: FloatA
     }
 
 
-def _start_and_end(end: float) -> Task:
+def _start_and_end(loop: Loop, design: FloatArray, end: float) -> Task:
     """A task with only the first and the last crank angle, so that no output is interpolated."""
-    return Task(LENGTHS, np.ones(1), 0.5 * np.pi + np.array([[0.0, end]]), Level.POSITIONS)
+    return Task(loop, design[None], 0.5 * np.pi + np.array([[0.0, end]]), Level.POSITIONS)
 
 
-def _runge_kutta_errors() -> tuple[FloatArray, FloatArray]:
+def _runge_kutta_errors(loop: Loop, design: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Step sizes and errors of `RungeKutta4`."""
-    task = _start_and_end(_END)
+    task = _start_and_end(loop, design, _END)
     exact = ClosedForm().solve(task).signals[:, 0, 1]
     motions = [RungeKutta4(steps).solve(task) for steps in _RK4_STEPS]
     sizes = np.array([1.0 / motion.iterations[0] for motion in motions])
     return sizes, np.array([np.abs(motion.signals[:, 0, 1] - exact).max() for motion in motions])
 
 
-def _equal_step_error(solver: Any, count: int) -> float:
+def _equal_step_error(loop: Loop, design: FloatArray, solver: Any, count: int) -> float:
     """Error of a SciPy solver with a tolerance so large that it rejects no step."""
-    task = _start_and_end(_END)
+    task = _start_and_end(loop, design, _END)
     (start, exact), (first, last) = ClosedForm().solve(task).signals[:, 0].T, task.crank_angle[0]
     step = _END / count
-    rates = LoopEquations(FOUR_BAR, LENGTHS[0]).rates
+    rates = DesignEquations(loop, design).rates
     run = solver(rates, first, start, last, max_step=step, first_step=step, rtol=1.0, atol=1.0)
     while run.status == "running":
         run.step()

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from explore.comparison import slider_reference
-from explore.comparison.methods.closed_form import ClosedForm
-from explore.comparison.methods.contract import Capability, Level, Method, MotionRow, Outcome, Task, method_label
-from explore.comparison.methods.four_bar_loop import FOUR_BAR
-from explore.comparison.methods.geometry import geometric_outcome, solve_screened
+from explore.comparison.methods.closed_form import ClosedForm, geometric_outcome, solve_screened
+from explore.comparison.methods.contract import Capability, Level, Method, Outcome, Task, method_label
+from explore.comparison.methods.loop import whole_motion
 from explore.comparison.methods.registry import methods_for
+from explore.comparison.reference import exact_motion
 from explore.comparison.scenes import Scene
 from explore.comparison.strokes import coefficient_of_variation, stroke_nodes
 from explore.comparison.timing import measure_cpu_seconds
@@ -23,7 +22,7 @@ from explore.model.quantities import FloatArray
 
 Row = dict[str, Any]
 
-#: Number of crank angles of a full turn from 90 deg, as in the published simulation.
+#: Number of crank angles of the whole motion, of a full turn from 90 deg, as in the published simulation.
 ANGLE_COUNT = 73
 #: Number of designs timed by batched methods.
 BATCH_SIZE = 64
@@ -43,13 +42,14 @@ ROUNDING_ERROR = 1e-13
 
 @dataclass(frozen=True)
 class _Case:
-    """Tasks of a scene with their exact results; `stroke` is None unless it needs velocities of crank-rockers."""
+    """Tasks of a scene with their exact results; `stroke` is None unless it needs velocities over strokes."""
 
     turn: Task
     exact: FloatArray
     stroke: Task | None
     weights: FloatArray
     cv: FloatArray
+    row: int
 
 
 def compare_methods(scene: Scene, progress: Callable[[str], None] | None = None) -> list[dict[str, Any]]:
@@ -61,7 +61,7 @@ def compare_methods(scene: Scene, progress: Callable[[str], None] | None = None)
     """
     case = _exact_case(scene)
     rows = []
-    for name, settings in methods_for(scene.loop).items():
+    for name, settings in methods_for(scene.designs.loop).items():
         for method in settings:
             if progress is not None:
                 progress(method_label(method))
@@ -72,17 +72,16 @@ def compare_methods(scene: Scene, progress: Callable[[str], None] | None = None)
 
 
 def _exact_case(scene: Scene) -> _Case:
-    parameters, branch = scene.parameters, scene.branch
-    angles = np.tile(0.5 * np.pi + np.linspace(0.0, 2.0 * np.pi, ANGLE_COUNT), (len(parameters), 1))
-    turn = Task(parameters, branch, angles, max(scene.model, Level.POSITIONS), loop=scene.loop)
-    exact = slider_reference.exact_motion_of(turn)
-    has_stroke = scene.loop is FOUR_BAR and scene.model >= Level.VELOCITIES
-    if not has_stroke or not (geometric_outcome(parameters) == Outcome.OK).any():
-        return _Case(turn, exact, None, np.empty(0), np.empty(0))
-    nodes, weights = stroke_nodes(parameters, branch)
-    stroke = Task(parameters, branch, nodes, Level.VELOCITIES)
-    velocity = slider_reference.exact_motion_of(stroke)[MotionRow.ROCKER_VELOCITY]
-    return _Case(turn, exact, stroke, weights, coefficient_of_variation(velocity, weights))
+    designs = scene.designs
+    first, span = whole_motion(designs.loop)
+    angles = np.tile(first + np.linspace(0.0, span, ANGLE_COUNT), (len(designs), 1))
+    turn = designs.task(angles, max(scene.model, Level.POSITIONS))
+    exact = exact_motion(turn)
+    nodes = stroke_nodes(designs) if designs.output and scene.model >= Level.VELOCITIES else None
+    if nodes is None:
+        return _Case(turn, exact, None, np.empty(0), np.empty(0), 0)
+    stroke, row = designs.task(nodes[0], Level.VELOCITIES), designs.loop.count + designs.row
+    return _Case(turn, exact, stroke, nodes[1], coefficient_of_variation(exact_motion(stroke)[row], nodes[1]), row)
 
 
 def _measure(method: Method, case: _Case) -> dict[str, Any]:
@@ -108,7 +107,7 @@ def _measure(method: Method, case: _Case) -> dict[str, Any]:
     if case.stroke is not None:
         stroke = case.stroke.part(chosen)
         motion = solve_screened(method, stroke)
-        cv = coefficient_of_variation(motion.signals[MotionRow.ROCKER_VELOCITY], case.weights[chosen])
+        cv = coefficient_of_variation(motion.signals[case.row], case.weights[chosen])
         row["cv_error"] = _largest((np.abs(cv / case.cv[chosen] - 1.0))[accurate])
         row["cv_evaluations"] = float(motion.evaluations.mean())
         row["cv_cpu_seconds"] = _seconds_per_design(method, stroke)
@@ -119,7 +118,7 @@ def _choose_designs(method: Method, task: Task) -> npt.NDArray[np.intp]:
     """Indices of all designs, or of a few for a method that is not batched, ones that cannot turn first."""
     if Capability.BATCHED in method.capabilities:
         return np.arange(len(task))
-    bad_first = np.argsort(geometric_outcome(task.parameters, task.loop) == Outcome.OK, kind="stable")
+    bad_first = np.argsort(geometric_outcome(task) == Outcome.OK, kind="stable")
     return np.sort(bad_first[:SERIAL_DESIGNS])
 
 
@@ -139,17 +138,14 @@ def measure_level_costs(scene: Scene) -> dict[str, Any]:
     Keys scene, needs (the level that the question of the scene needs), the names of the levels (s), and
     full_cost_ratio: the cost of the highest level over that of the needed one.
     """
-    designs = np.arange(max(BATCH_SIZE, len(scene.parameters))) % len(scene.parameters)
-    parameters, branch = scene.parameters[designs], scene.branch[designs]
-    angles = np.tile(np.linspace(0.0, 2.0 * np.pi, ANGLE_COUNT), (len(designs), 1))
-    columns = {**dict(zip(scene.loop.parameters, parameters.T, strict=True)), "branch": branch}
-    mechanism = scene.loop.mechanism
-    inputs = np.stack([columns.get(p.name, np.full(len(designs), p.default)) for p in mechanism.kernel_parameters])
-    geometry = partial(mechanism.evaluate_closed_form, inputs)
-    seconds = {Level.GEOMETRY: measure_cpu_seconds(geometry) / len(designs)}
+    designs = scene.designs.part(np.arange(max(BATCH_SIZE, len(scene.designs))) % len(scene.designs))
+    first, span = whole_motion(designs.loop)
+    angles = np.tile(first + np.linspace(0.0, span, ANGLE_COUNT), (len(designs), 1))
+    close = partial(designs.loop.closed.close, designs.loop.columns(designs.parameters.T))
+    seconds = {Level.GEOMETRY: measure_cpu_seconds(close) / len(designs)}
     for level in (Level.POSITIONS, Level.VELOCITIES, Level.ACCELERATIONS):
-        task = Task(parameters, branch, angles, level, loop=scene.loop)
-        seconds[level] = measure_cpu_seconds(partial(ClosedForm().solve, task)) / len(designs)
+        run = partial(ClosedForm().solve, designs.task(angles, level))
+        seconds[level] = measure_cpu_seconds(run) / len(designs)
     row: dict[str, Any] = {"scene": scene.name, "needs": scene.model.name.lower()}
     row |= {level.name.lower(): value for level, value in seconds.items()}
     row["full_cost_ratio"] = seconds[Level.ACCELERATIONS] / seconds[scene.model]

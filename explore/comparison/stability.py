@@ -2,118 +2,155 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import groupby
 from operator import itemgetter
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from explore.base.errors import RequestError
 from explore.base.suggest import suggestion
-from explore.comparison.methods.contract import Capability, Level, Method, Task, method_label
-from explore.comparison.methods.four_bar_loop import FOUR_BAR
+from explore.comparison import random_starts
+from explore.comparison.limits import designs_towards, find_limit
+from explore.comparison.methods.closed_form import ClosedForm, geometric_outcome
+from explore.comparison.methods.contract import Capability, Level, Method, Outcome, Task, method_label
+from explore.comparison.methods.elimination import solve
+from explore.comparison.methods.loop import Loop, whole_motion
+from explore.comparison.methods.loops import find_loop
 from explore.comparison.methods.registry import methods_for
-from explore.comparison.methods.slider_crank_loop import SLIDER_CRANK
-from explore.comparison.methods.variable_crank_loop import VARIABLE_CRANK, regular_position
-from explore.comparison.methods.vector_loop import VectorLoop
-from explore.comparison.slider_reference import exact_motion_of
+from explore.comparison.reference import exact_motion
+from explore.comparison.scenes import load_scene
 from explore.comparison.verdicts import Verdict, judge, signal_errors
+from explore.mechanisms.loops import LoopDeclaration
+from explore.mechanisms.registry import MECHANISMS
+from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray
 
-#: Exponents of the powers of two that are added to a link, 64 mm to 9e-13 mm in steps of nearly a decade.
-_MARGIN_EXPONENTS = (*range(6, -41, -3),)
-#: Exponents of the powers of two that are subtracted from a link, mm, so that the crank is blocked.
-_GAP_EXPONENTS = (2, -8, -20, -32)
-#: Crank, coupler, rocker and ground, mm, that add up exactly: all links are collinear at crank angle 0.
-_CHANGE_POINT = (150.0, 1083.5, 541.75, 691.75)
-#: Crank, rod and offset, mm, that add up exactly: both are perpendicular to the guide at 270 deg.
-_SLIDER_CHANGE_POINT = (150.0, 200.0, 50.0)
-#: Slicer: rod, mm; slider's speed, mm/s; 100 revolutions per minute, rad/s; reversal time, s; blend order.
-_SLICER = (500.0, 800.0, 100.0 * np.pi / 30.0, 0.1, 2.0)
 #: Distances of a crank angle from the singular one, deg.
 _DISTANCES = (0.5, *(10.0**-k for k in range(1, 14)), 0.0)
 #: Numbers of crank angles per turn, which are the steps of methods that go from one to the next.
 STEP_COUNTS = (24, 72, 360)
 #: Number of crank angles per turn for methods whose steps are their own.
 DEFAULT_STEP_COUNT = 72
+#: Number of searches for the singular angle, each over four steps of the one before.
+_ZOOMS = 12
+#: Number of crank angles of each.
+_ZOOM_ANGLES = 361
 #: Number of the design of a case whose turn is traced: neither far from the singular position nor next to it.
 TRACED_DESIGN = 4
 
 
 @dataclass(frozen=True, eq=False)
 class StabilityCase:
-    """Designs at several distances from a singular position, and on the other side of it where no full turn exists.
+    """Designs at several distances from a singular position, and on the other side of it where no motion exists.
 
     The margin descends, 0 or negative beyond the singular position; `distance` says what it is, `beyond` what is at 0
-    and less. The anchor of each design is a crank angle, rad, of every task, and a turn begins before it at `first` at
-    the earliest. The singular angles, rad, are of the design at margin 0.
+    and less. The anchor of each design is a crank angle, rad, of every task, which reaches from `first` at the earliest
+    over `span`. The singular angles, rad, are of the design at margin 0. Orders of convergence are measured on
+    `smooth`.
     """
 
-    loop: VectorLoop
+    loop: Loop
     distance: str
     beyond: str
     margin: FloatArray
     parameters: FloatArray
     anchor: FloatArray
     first: float
+    span: float
     singular_angles: tuple[float, ...]
-    has_orders: bool = False
+    smooth: FloatArray | None = None
 
     def task(self, steps: int, designs: slice = slice(None)) -> Task:
-        """A turn of some of the designs in so many steps, to velocities."""
-        step = 2.0 * np.pi / steps
-        anchor = self.anchor[designs, None]
+        """The motion of some of the designs in so many steps per turn, to velocities."""
+        count = max(round(steps * self.span / (2.0 * np.pi)), 2)
+        anchor, step = self.anchor[designs, None], self.span / count
         before = np.floor((anchor - self.first) / step + 1e-9)
-        angles = anchor + (np.arange(steps + 1) - before) * step
-        return Task(self.parameters[designs], np.ones(len(angles)), angles, Level.VELOCITIES, loop=self.loop)
+        angles = anchor + (np.arange(count + 1) - before) / count * self.span
+        return Task(self.loop, self.parameters[designs], angles, Level.VELOCITIES)
+
+    @cached_property
+    def finest(self) -> FloatArray:
+        """The exact motion of the task of most steps."""
+        return exact_motion(self.task(STEP_COUNTS[-1]))
+
+    def exact(self, steps: int) -> FloatArray:
+        """The exact motion of the task of so many steps, which may be among the most."""
+        angles, finest = self.task(steps).crank_angle, self.task(STEP_COUNTS[-1]).crank_angle
+        every = (finest.shape[1] - 1) // (angles.shape[1] - 1)
+        if finest[:, ::every].shape == angles.shape and np.array_equal(finest[:, ::every], angles):
+            return self.finest[:, :, ::every]
+        return exact_motion(self.task(steps))
 
 
-def _with_margins(
-    loop: VectorLoop, lengths: tuple[float, ...], link: int, distance: str, toggle: float, *, has_orders: bool
-) -> StabilityCase:
-    """A case of links whose margin is added to one of them; the turn begins a quarter after a dead centre."""
-    margins = np.array([*(2.0**k for k in _MARGIN_EXPONENTS), 0.0, *(-(2.0**k) for k in reversed(_GAP_EXPONENTS))])
-    parameters = np.tile(lengths, (len(margins), 1))
-    parameters[:, link] += margins
-    quarter = 0.5 * np.pi
+def declared_case(name: str) -> StabilityCase:
+    """The case of a mechanism of this name; `RequestError` if there is none."""
+    declared = [each.name for each in MECHANISMS.load_all()[0].values() if each.loop is not None]
+    if name not in declared:
+        hint = suggestion(name, [*declared, random_starts.MECHANISM])
+        raise RequestError(f"no stability map of {name!r}; {hint} a study of a linkage is a .toml file")
+    return stability_case(MECHANISMS[name])
+
+
+def study_case(path: Path) -> StabilityCase:
+    """The case of a study's mechanism, about the first of a few of its designs that has a motion."""
+    designs = load_scene(path).designs
+    moves = geometric_outcome(designs.task(np.zeros((len(designs), 1)))) == Outcome.OK
+    if not moves.any():
+        raise RequestError(f"{path}: none of {len(designs)} designs has a full motion; change the ranges of parameters")
+    first = designs.part(np.flatnonzero(moves)[:1])
+    return stability_case(designs.mechanism, dict(zip(designs.loop.parameters, first.parameters[0], strict=True)))
+
+
+def stability_case(mechanism: Mechanism, design: dict[str, float] | None = None) -> StabilityCase:
+    """The case of a mechanism about a design, by default the declared one; `RequestError` if there is none."""
+    loop, declared = find_loop(mechanism), mechanism.loop
+    if declared is not None and declared.singular_angle is not None:
+        return _angle_case(loop, declared, design or declared.design)
+    if design is None:
+        design = {**dict.fromkeys(loop.parameters, 1.0), **declared.design}
+    limited = declared.limited if declared is not None else ""
+    limit = find_limit(loop, np.array([design[name] for name in loop.parameters]), limited)
+    margin, parameters = designs_towards(loop, limit)
+    first, span = whole_motion(loop)
+    singular = _singular_angle(loop, parameters[margin > 0.0][-1], first, span)
+    if loop.table.limits is None:
+        first = singular - 1.5 * np.pi  # the motion begins a quarter after the singular angle
+    smooth = None
+    if declared is not None and declared.smooth:
+        smooth = np.array([declared.smooth.get(name, 1.0) for name in loop.parameters])
+    unit = mechanism.parameter(limit.name).unit
     return StabilityCase(
-        loop, distance, "no full turn exists", margins / loop.size(parameters.T), parameters,
-        np.full(len(margins), quarter), quarter, (toggle,), has_orders,
+        loop, f"distance of {limit.name} from {limit.value:g} {unit}, over the longest link",
+        "no full motion exists", margin, parameters, np.full(len(margin), first), first, span, (singular,), smooth,
     )  # fmt: skip
 
 
-def _four_bar() -> StabilityCase:
-    distance = "Grashof margin over the longest link"
-    return _with_margins(FOUR_BAR, _CHANGE_POINT, 3, distance, 2.0 * np.pi, has_orders=True)
+def _singular_angle(loop: Loop, parameters: FloatArray, first: float, span: float) -> float:
+    """The crank angle of the least determinant, found in ever smaller steps."""
+    centre, width = first + 0.5 * span, span
+    for _ in range(_ZOOMS):
+        angles = centre + width * np.linspace(-0.5, 0.5, _ZOOM_ANGLES)
+        if loop.table.limits is not None:
+            angles = np.clip(angles, first, first + span)
+        task = Task(loop, parameters[None], angles[None], Level.POSITIONS)
+        about = loop.about(task.upright, task.crank_angle, ClosedForm().solve(task).signals)
+        centre = float(angles[np.nanargmin(np.abs(solve(about.columns, about.gap)[1])[0])])
+        width *= 4.0 / _ZOOM_ANGLES
+    return centre
 
 
-def _slider_crank() -> StabilityCase:
-    distance = "length of the rod beyond crank plus offset, over the rod"
-    return _with_margins(SLIDER_CRANK, _SLIDER_CHANGE_POINT, 1, distance, 1.5 * np.pi, has_orders=False)
-
-
-def _variable_crank() -> StabilityCase:
-    parameters = np.tile(_SLICER, (len(_DISTANCES), 1))
-    regular, _, _ = regular_position(parameters.T)
+def _angle_case(loop: Loop, declared: LoopDeclaration, design: Any) -> StabilityCase:
+    """The case of a singular position that is passed in each turn: crank angles ever nearer to it."""
+    singular = float(declared.singular_angle(design, np))  # type: ignore[misc]  # it is there
+    distances = np.array(_DISTANCES)
+    parameters = np.tile([design[name] for name in loop.parameters], (len(distances), 1))
     return StabilityCase(
-        VARIABLE_CRANK, "distance of a crank angle from the singular one, deg", "it is the singular angle",
-        np.array(_DISTANCES), parameters, regular + np.deg2rad(_DISTANCES), 0.0,
-        (float(regular[0]), float(2.0 * np.pi - regular[0])),
+        loop, "distance of a crank angle from the singular one, deg", "it is the singular angle", distances, parameters,
+        singular + np.deg2rad(distances), 0.0, 2.0 * np.pi, (singular, 2.0 * np.pi - singular),
     )  # fmt: skip
-
-
-_CASES: dict[str, Callable[[], StabilityCase]] = {
-    "crank-rocker": _four_bar,
-    "slider-crank": _slider_crank,
-    "variable-crank": _variable_crank,
-}
-
-
-def stability_case(mechanism: str) -> StabilityCase:
-    """The case of a mechanism; `RequestError` if there is none."""
-    if mechanism not in _CASES:
-        raise RequestError(f"no stability map of {mechanism!r}; {suggestion(mechanism, [*_CASES, 'gears'])}")
-    return _CASES[mechanism]()
 
 
 def map_stability(
@@ -127,7 +164,7 @@ def map_stability(
     rows: list[dict[str, Any]] = []
     for steps, methods in groupby(stability_runs(case), key=itemgetter(0)):
         task = case.task(steps)
-        exact = exact_motion_of(task)
+        exact = case.exact(steps)
         for _, name, method in methods:
             if progress is not None:
                 progress(method_label(method))
@@ -173,8 +210,8 @@ def trace_turn(case: StabilityCase) -> list[dict[str, Any]]:
     Keys method, setting, crank_angle (deg), error: that of positions and velocities, the larger, in the norms of
     `Judgement`, NaN where the method has no solution.
     """
-    task = case.task(360, slice(TRACED_DESIGN, TRACED_DESIGN + 1))
-    exact, angles = exact_motion_of(task), np.rad2deg(task.crank_angle[0])
+    task = case.task(STEP_COUNTS[-1], slice(TRACED_DESIGN, TRACED_DESIGN + 1))
+    exact, angles = case.finest[:, TRACED_DESIGN : TRACED_DESIGN + 1], np.rad2deg(task.crank_angle[0])
     rows: list[dict[str, Any]] = []
     for name, settings in methods_for(case.loop).items():
         for method in settings[-1:]:

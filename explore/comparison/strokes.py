@@ -1,33 +1,124 @@
-"""Quadrature over the slow stroke, which turns the velocities of any method into a coefficient of variation."""
+"""The output of designs over its strokes: windows, and a rule that averages the velocities of any method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from explore.comparison.methods.contract import Outcome
-from explore.comparison.methods.geometry import geometric_outcome
+from explore.comparison.methods.contract import Level, Task
+from explore.comparison.methods.loop import Loop
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, COUNT, HALF, PANEL_CAPACITY, SCALE, TARGET, count_nodes
 from explore.evaluation.quadrature.rules import gauss_legendre_rules
 from explore.evaluation.windows import map_window, window_ends
-from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
+from explore.model.columns import Arrays
+from explore.model.mechanism import Mechanism
+from explore.model.quadrature import Adaptive, Graded
 from explore.model.quantities import FloatArray
 from explore.model.status import Status
 
 _LOG_TOLERANCE = float(np.log(1e-13))
+#: The windows in which outputs are averaged: the slower stroke and the full turn.
+WINDOWS = ("drive", "cycle")
 
 
-def stroke_nodes(lengths: FloatArray, branch: FloatArray) -> tuple[FloatArray, FloatArray]:
+@dataclass(frozen=True, eq=False)
+class Designs:
+    """Designs of a mechanism with a loop; columns of all parameters, of shape (n,)."""
+
+    mechanism: Mechanism
+    loop: Loop
+    columns: Arrays
+
+    def __len__(self) -> int:
+        """Number of designs."""
+        return len(next(iter(self.columns.values())))
+
+    @property
+    def parameters(self) -> FloatArray:
+        """Those of the loop, shape (n, p)."""
+        return np.column_stack([self.columns[name] for name in self.loop.parameters])
+
+    def task(self, angles: FloatArray, level: Level = Level.ACCELERATIONS) -> Task:
+        """The motion of all designs at crank angles (n, t)."""
+        return Task(self.loop, self.parameters, angles, level)
+
+    def part(self, which: npt.NDArray[Any]) -> Designs:
+        """Some of the designs."""
+        return replace(self, columns={name: column[which] for name, column in self.columns.items()})
+
+    @cached_property
+    def output(self) -> tuple[str, str, str] | None:
+        """Position, velocity and acceleration that are averaged; None where no unknown of the loop is the output."""
+        velocity, declared = self.mechanism.output_signals[""], self.mechanism.loop
+        is_graded = not isinstance(self.mechanism.quadrature, Adaptive)
+        if not is_graded or not {window.name for window in self.mechanism.windows}.issuperset(WINDOWS):
+            return None
+        if declared is not None:
+            first, m = declared.signals.index(velocity) - self.loop.count, self.loop.count
+            position, velocity, acceleration = declared.signals[first::m][:3]
+            return position, velocity, acceleration
+        name = velocity.removesuffix("_velocity")
+        kind = "angle" if name in self.loop.angles else "position"
+        return (f"{name}_{kind}", velocity, f"{name}_acceleration") if name in self._unknowns else None
+
+    @property
+    def _unknowns(self) -> tuple[str, ...]:
+        slots = {slot.name for slot in self.loop.table.slots}
+        return (*self.loop.angles, *(name if name in slots else "" for name in self.loop.lengths))
+
+    @property
+    def row(self) -> int:
+        """Number of the unknown that is the output."""
+        position, velocity, _ = self.output or ("", "", "")
+        if self.mechanism.loop is not None:
+            return int(self.mechanism.loop.signals.index(position))
+        return self._unknowns.index(velocity.removesuffix("_velocity"))
+
+    @cached_property
+    def has_strokes(self) -> npt.NDArray[np.bool_]:
+        """Whether each design has the whole motion and two strokes."""
+        return np.asarray(self.mechanism.evaluate_closed_form(self._inputs).status == Status.OK)
+
+    @property
+    def _inputs(self) -> FloatArray:
+        count = len(self)
+        return np.stack([
+            self.columns.get(p.name, np.full(count, p.default)) for p in self.mechanism.kernel_parameters
+        ])  # fmt: skip
+
+    @property
+    def constants(self) -> FloatArray:
+        """The constants of all designs, which have strokes."""
+        return self.mechanism.constants(self._inputs)
+
+    def ends(self, window: str) -> FloatArray:
+        """First and last crank angle of a window (rad), shape (n, 2); NaN for a design without strokes."""
+        ends = np.full((len(self), 2), np.nan)
+        if window == "cycle":
+            ends[self.has_strokes] = [0.0, 2.0 * np.pi]
+        elif self.has_strokes.any():
+            constants = self.part(self.has_strokes).constants
+            ends[self.has_strokes] = window_ends(self.mechanism, constants, self.mechanism.window(window), "slow")
+        return ends
+
+
+def stroke_nodes(designs: Designs) -> tuple[FloatArray, FloatArray] | None:
     """Nodes, rad, and weights of the graded rule over the slow stroke, as many as the hardest design needs, (n, t).
 
-    Designs without strokes have the nodes of the first design with strokes.
+    Designs without strokes have the nodes of the first design with strokes. None where there is none, or where the
+    singularities are not known one by one.
     """
-    n = len(lengths)
-    parameters = _parameters(lengths, branch)
-    status = CRANK_ROCKER.evaluate_closed_form(parameters).status
-    rocks = np.flatnonzero((geometric_outcome(lengths) == Outcome.OK) & (status == Status.OK))
-    panels = np.concatenate(
-        map_window(CRANK_ROCKER, CRANK_ROCKER.constants(parameters[:, rocks]), CRANK_ROCKER.window("drive"), "slow"),
-        axis=1,
-    )
+    n, rocks, mechanism = len(designs), np.flatnonzero(designs.has_strokes), designs.mechanism
+    if not isinstance(mechanism.quadrature, Graded) or not len(rocks):
+        return None
+    mapped = map_window(mechanism, designs.part(rocks).constants, mechanism.window("drive"), "slow")
+    panels = np.concatenate(mapped, axis=1)
+    if len({panels_of_one.shape for panels_of_one in mapped}) > 1 or panels.shape[1] > PANEL_CAPACITY:
+        return None
     buffer = np.zeros((panels.shape[0], PANEL_CAPACITY))
     buffer[:, : panels.shape[1]] = panels
     buffer[TARGET // PANEL_CAPACITY] = _LOG_TOLERANCE
@@ -38,37 +129,17 @@ def stroke_nodes(lengths: FloatArray, branch: FloatArray) -> tuple[FloatArray, F
     anchor, centre, half, scale = (panels[row // PANEL_CAPACITY][:, None] for row in (ANCHOR, CENTRE, HALF, SCALE))
     t = centre + half * abscissas
     tangent = scale * np.sinh(t)
-    crank_angle, weights = np.empty((n, count)), np.empty((n, count))
-    crank_angle[rocks] = np.pi * anchor + 2.0 * np.arctan(tangent)
-    weights[rocks] = 2.0 * half * rule * scale * np.cosh(t) / (1.0 + tangent * tangent)
-    others = np.setdiff1d(np.arange(n), rocks)
-    crank_angle[others], weights[others] = crank_angle[rocks[0]], weights[rocks[0]]
-    return crank_angle, weights
+    nodes = mechanism.anchor_angle + np.pi * anchor + 2.0 * np.arctan(tangent)
+    weights = 2.0 * half * rule * scale * np.cosh(t) / (1.0 + tangent * tangent)
+    which = np.searchsorted(rocks, np.arange(n)) % len(rocks)
+    which[~designs.has_strokes] = 0
+    return nodes.reshape(len(rocks), -1)[which], weights.reshape(len(rocks), -1)[which]
 
 
 def _full_rule(half: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
     """All abscissas, ascending, and weights of a stored rule."""
     mirrored = half[count // 2 - 1 :: -1]
     return np.concatenate([-half[:, 0], mirrored[:, 0]]), np.concatenate([half[:, 1], mirrored[:, 1]])
-
-
-def _parameters(lengths: FloatArray, branch: FloatArray) -> FloatArray:
-    """Parameters of the crank-rocker's closed form, shape (p, n)."""
-    return np.stack([*lengths.T, np.ones(len(lengths)), branch])
-
-
-def evaluate_geometry(lengths: FloatArray, branch: FloatArray) -> npt.NDArray[np.int8]:
-    """Evaluate the closed form of the crank-rocker; return the status, shape (n,)."""
-    return CRANK_ROCKER.evaluate_closed_form(_parameters(lengths, branch)).status
-
-
-def stroke_ends(lengths: FloatArray, branch: FloatArray) -> FloatArray:
-    """First and last crank angle of the slow stroke, rad, shape (n, 2); NaN for a linkage that does not rock."""
-    ends = np.full((len(lengths), 2), np.nan)
-    rocks = evaluate_geometry(lengths, branch) == Status.OK
-    constants = CRANK_ROCKER.constants(_parameters(lengths[rocks], branch[rocks]))
-    ends[rocks] = window_ends(CRANK_ROCKER, constants, CRANK_ROCKER.window("drive"), "slow")
-    return ends
 
 
 def coefficient_of_variation(values: FloatArray, weights: FloatArray) -> FloatArray:

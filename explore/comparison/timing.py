@@ -7,6 +7,8 @@ from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from explore._version import __version__
+
 #: Number of runs after which a measurement ends.
 _MAX_RUNS = 7
 #: CPU time after which a measurement ends, s.
@@ -31,7 +33,7 @@ def describe_machine() -> dict[str, str]:
         "processor": _processor(),
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
-        "explore": version("linkage-explore"),
+        "explore": __version__,
         **{name: _version(name) for name in names},
     }
 

@@ -6,13 +6,16 @@ from enum import IntEnum
 import numpy as np
 import numpy.typing as npt
 
+from explore.comparison.methods.closed_form import geometric_outcome
 from explore.comparison.methods.contract import Motion, Outcome, Task
-from explore.comparison.methods.geometry import geometric_outcome
-from explore.comparison.methods.vector_loop import UnknownLength
+from explore.comparison.methods.elimination import solve
 from explore.model.quantities import FloatArray
 
-#: Ratio of the distances to its own and to the other branch from which on a motion is on the other one.
+#: Ratio of the distances to its own and to the nearest assembly from which on a motion is in another one.
 _BRANCH_FACTOR = 10.0
+
+#: Distance up to which rounding does not tell two assemblies apart: the root of that of doubles.
+_SAME = 1e-8
 
 
 class Verdict(IntEnum):
@@ -53,7 +56,7 @@ class Judgement:
 
     The errors over the crank angles, (level, n), of positions (angles in rad, lengths over the longest link),
     velocities and accelerations (relative to the largest absolute value of the signal in the exact motion), are the
-    larger of both unknowns; NaN without exact motion.
+    largest of all unknowns; NaN without exact motion.
     """
 
     verdict: npt.NDArray[np.int8]
@@ -67,49 +70,39 @@ def judge(task: Task, motion: Motion, exact: FloatArray, goal: float) -> Judgeme
     The goal is the largest error of an accurate motion, in the norms of `Judgement`.
     """
     errors = signal_errors(task, motion.signals, exact)
-    pairs = errors.reshape(len(errors) // 2, 2, *errors.shape[1:])
-    max_error, rms_error = pairs.max(axis=(1, 3)), np.sqrt((pairs**2).mean(axis=3)).max(axis=1)
+    levels = errors.reshape(task.level, task.loop.count, *errors.shape[1:])
+    max_error, rms_error = levels.max(axis=(1, 3)), np.sqrt((levels**2).mean(axis=3)).max(axis=1)
     verdict = np.full(len(task), Verdict.ACCURATE, dtype=np.int8)
     verdict[~(max_error.max(axis=0) <= goal)] = Verdict.INACCURATE
-    verdict[(verdict == Verdict.INACCURATE) & _on_the_other_branch(task, motion, exact)] = Verdict.WRONG_BRANCH
+    verdict[(verdict == Verdict.INACCURATE) & _in_another_assembly(task, motion, errors)] = Verdict.WRONG_BRANCH
     verdict[~np.isfinite(motion.signals).all(axis=(0, 2))] = Verdict.UNREPORTED_NAN
     reported_ok = motion.outcome == Outcome.OK
     verdict[~reported_ok] = Verdict.REPORTED
-    possible = geometric_outcome(task.parameters, task.loop) == Outcome.OK
+    possible = geometric_outcome(task) == Outcome.OK
     verdict[~possible] = np.where(reported_ok[~possible], Verdict.FALSE_SUCCESS, Verdict.REJECTED)
     verdict[motion.outcome == Outcome.RAISED] = Verdict.RAISED
     return Judgement(verdict, max_error, rms_error)
 
 
 def signal_errors(task: Task, signals: FloatArray, exact: FloatArray) -> FloatArray:
-    """Absolute errors of all rows of a motion, shape (2 level, n, t), in the norms of `Judgement`."""
+    """Absolute errors of all rows of a motion, shape (m level, n, t), in the norms of `Judgement`."""
+    m, angles = task.loop.count, task.loop.n_angles
     difference = signals - exact[: len(signals)]
-    difference[:2] = _position_difference(task, signals, exact)
-    peak = np.abs(exact[2 : len(signals)]).max(axis=-1, keepdims=True)
-    difference[2:] /= np.where(peak > 0.0, peak, np.nan)
+    difference[:angles] = np.remainder(difference[:angles] + np.pi, 2.0 * np.pi) - np.pi
+    difference[angles:m] /= task.size[:, None]
+    peak = np.abs(exact[m : len(signals)]).max(axis=-1, keepdims=True)
+    difference[m:] /= np.where(peak > 0.0, peak, np.nan)
     return np.abs(difference)
 
 
-def _on_the_other_branch(task: Task, motion: Motion, exact: FloatArray) -> npt.NDArray[np.bool_]:
-    """Whether some position of a motion lies on the other branch, shape (n,)."""
+def _in_another_assembly(task: Task, motion: Motion, errors: FloatArray) -> npt.NDArray[np.bool_]:
+    """Whether some position, (n,), is much nearer to a solution of the loops than to the exact one: by Newton's step.
+
+    A step from a position beside the exact one leads to that, so it is as long as the error.
+    """
+    m, loop = task.loop.count, task.loop
     with np.errstate(all="ignore"):
-        other = task.loop.mirror(task.parameters.T[:, :, None], task.crank_angle, exact[0], exact[1])
-        own_distance = np.abs(_position_difference(task, motion.signals, exact)).max(axis=0)
-        other_distance = np.abs(_position_difference(task, motion.signals, other)).max(axis=0)
-        return np.asarray((own_distance > _BRANCH_FACTOR * other_distance).any(axis=-1))
-
-
-def _position_difference(task: Task, signals: FloatArray, others: FloatArray) -> FloatArray:
-    """Differences of both unknowns, shape (2, n, t): angles from -pi to pi, lengths over the longest link."""
-    difference = signals[:2] - others[:2]
-    if isinstance(task.loop.first, UnknownLength):
-        difference[0] /= task.loop.size(task.parameters.T)[:, None]
-    else:
-        difference[0] = _wrapped(difference[0])
-    difference[1] = _wrapped(difference[1])
-    return difference
-
-
-def _wrapped(angle: FloatArray) -> FloatArray:
-    """Reduce an angle to the interval from -pi to pi."""
-    return np.asarray(np.remainder(angle + np.pi, 2.0 * np.pi) - np.pi)
+        about = loop.about(task.upright, task.crank_angle, motion.signals[:m])
+        step = np.abs(np.stack(solve(about.columns, about.gap)[0]))
+        step[loop.n_angles :] /= task.size[:, None]
+        return np.asarray((errors[:m].max(axis=0) > _BRANCH_FACTOR * np.maximum(step.max(axis=0), _SAME)).any(axis=-1))

@@ -9,6 +9,8 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 
 GROUP = "explore.mechanisms"
+#: The mechanism of commands and examples that name none.
+DEFAULT_MECHANISM = "crank-rocker"
 #: Mechanisms of this package; a new one adds a line here.
 _OWN = {
     "crank-rocker": "explore.mechanisms.crank_rocker.declaration:CRANK_ROCKER",

@@ -85,6 +85,9 @@ class Mechanism(Declaration):
         ``specialise(names, needs_stroke=...)`` is the same mechanism with a kernel that fills the signals and metrics
         of these names and no others, and strokes only if they are needed. None for a mechanism whose whole kernel is
         written by hand.
+    loop
+        Its loop as a table, a `LoopDeclaration`, so that other methods solve it too; None for none, or where it was
+        made from a table.
     """
 
     close: Callable[..., None]
@@ -96,6 +99,7 @@ class Mechanism(Declaration):
     integrals: Callable[..., None] | None = None
     extended: Mechanism | None = None
     specialise: Callable[..., Mechanism] | None = None
+    loop: Any = None
 
     def __post_init__(self) -> None:
         for name in ("close", "fill"):
@@ -201,13 +205,16 @@ class Mechanism(Declaration):
         extended = self.extended.with_given(metrics) if self.extended else None
         return replace(self, given=metrics, extended=extended) if metrics else self
 
-    def evaluate_closed_form(self, parameters: FloatArray, interval: Window | None = None) -> ClosedFormResult:
+    def evaluate_closed_form(
+        self, parameters: FloatArray, interval: Window | None = None, *, keeps_constants: bool = False
+    ) -> ClosedFormResult:
         """Evaluate the closed form for `kernel_parameters` (p, n), in declared units.
 
         The result has constants if they are to be kept. A mechanism that takes an interval is to move over that, in
         place of its whole motion.
         """
-        return self._close(parameters, interval, keeps_constants=self.keeps_constants or self.takes_interval)
+        keeps_constants |= self.keeps_constants or self.takes_interval
+        return self._close(parameters, interval, keeps_constants=keeps_constants)
 
     def constants(self, parameters: FloatArray, interval: Window | None = None) -> FloatArray:
         """The constants of designs, shape (k, n); see `evaluate_closed_form`."""

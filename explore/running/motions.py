@@ -8,8 +8,8 @@ from explore.base.errors import MotionError, RequestError
 from explore.base.lanes.designs import fill_motion_of_design
 from explore.comparison.methods.closed_form import ClosedForm
 from explore.comparison.methods.contract import Capability, Level, Method, Outcome, Task, method_label
-from explore.comparison.methods.registry import check_method, find_loop, find_method
-from explore.comparison.methods.vector_loop import VectorLoop
+from explore.comparison.methods.loops import find_loop, follow_unknowns
+from explore.comparison.methods.registry import check_method, find_method
 from explore.comparison.verdicts import Verdict, judge
 from explore.evaluation.evaluate import LARGEST_PARAMETER, SMALLEST_PARAMETER, evaluate_columns
 from explore.evaluation.windows import find_laws, window_ends
@@ -147,7 +147,7 @@ def motion_signals(
     elif mechanism.points:
         raise RequestError(f"points have only the closed form; leave out method={method!r}, or the points")
     else:
-        rows = _by_method(solver, find_loop(mechanism.name), inputs, np.deg2rad(input_angle), tolerance)
+        rows = _by_method(solver, mechanism, inputs, np.deg2rad(input_angle), tolerance)
     speed = inputs[mechanism.speed.name] if mechanism.speed else 1.0
     signals: Arrays = {}
     for signal in filled if isinstance(solver, ClosedForm) else filter(mechanism.fills, filled):
@@ -185,21 +185,22 @@ def _closed_form(
 
 
 def _by_method(
-    method: Method, loop: VectorLoop, inputs: dict[str, float], crank_angle: FloatArray, tolerance: float
+    method: Method, mechanism: Mechanism, inputs: dict[str, float], crank_angle: FloatArray, tolerance: float
 ) -> dict[int, FloatArray]:
     """Rows of the kernel at crank angles in rad by another method, with a warning if it is inaccurate."""
+    loop = find_loop(mechanism)
     check_method(method, loop)
     if Capability.ANY_ANGLE not in method.capabilities and (np.diff(crank_angle) <= 0.0).any():
         raise RequestError(f"{method_label(method)} proceeds from one crank angle to the next; give ascending angles")
     parameters = np.array([[inputs[name] for name in loop.parameters]])
-    branch = np.array([inputs.get("branch", 1.0)])
-    task = Task(parameters, branch, crank_angle[None, :], Level.ACCELERATIONS, loop=loop)
+    task = Task(loop, parameters, crank_angle[None, :], Level.ACCELERATIONS)
     motion = method.solve(task)
     judgement = judge(task, motion, ClosedForm().solve(task).signals, tolerance)
     verdict = Verdict(int(judgement.verdict[0]))
     if verdict is not Verdict.ACCURATE:
         _warn(method_label(method), verdict, Outcome(int(motion.outcome[0])), judgement.max_error[:, 0], tolerance)
-    return loop.derive(motion.signals[:, 0], parameters[0])
+    values = follow_unknowns(mechanism, loop, inputs, motion.signals[:, 0])
+    return {mechanism.signal(name).row: each for name, each in values.items()}
 
 
 def _warn(name: str, verdict: Verdict, outcome: Outcome, errors: FloatArray, tolerance: float) -> None:

@@ -10,6 +10,7 @@ from explore.base.errors import RequestError
 from explore.cli.completion import complete_linkages, complete_mechanisms, complete_tasks
 from explore.cli.output import say
 from explore.cli.tables import print_table
+from explore.mechanisms.entry_points import DEFAULT_MECHANISM
 
 
 def init(
@@ -17,7 +18,8 @@ def init(
         Path | None, typer.Argument(metavar="FILE", help="The file to write; by default study.toml, or task.toml.")
     ] = None,
     mechanism: Annotated[
-        str | None, typer.Option(autocompletion=complete_mechanisms, help="The mechanism; default: crank-rocker.")
+        str | None,
+        typer.Option(autocompletion=complete_mechanisms, help=f"The mechanism; default: {DEFAULT_MECHANISM}."),
     ] = None,
     task: Annotated[
         str | None,
@@ -61,7 +63,7 @@ def init(
     elif linkage is not None:
         text = _linkage(linkage)
     else:
-        text = _study(mechanism or "crank-rocker") if task is None else _task(task)
+        text = _study(mechanism or DEFAULT_MECHANISM) if task is None else _task(task)
     path = config or Path("study.toml" if task is None else "task.toml")
     try:
         with path.open("x", encoding="utf-8") as stream:

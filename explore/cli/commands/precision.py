@@ -58,7 +58,7 @@ def _compare_precision(names: Sequence[str], folder: Path, *, as_json: bool) -> 
     tables: dict[str, Rows] = {"motions": [], "averages": [], "levels": []}
     say_missing_peers(METHODS)
     n_rules = sum(map(len, AVERAGING_RULES.values()))
-    n_steps = [sum(map(len, methods_for(scene.loop).values())) + n_rules for scene in scenes]
+    n_steps = [sum(map(len, methods_for(scene.designs.loop).values())) + n_rules for scene in scenes]
     with atomic_files(folder) as place:
         with progress_bar("comparing", sum(n_steps)) as step:
             for scene in scenes:

@@ -15,6 +15,7 @@ from explore.cli.paths import atomic_files
 from explore.cli.progress import progress_bar
 from explore.cli.table_files import write_all
 from explore.cli.tables import print_table
+from explore.mechanisms.entry_points import DEFAULT_MECHANISM
 
 if TYPE_CHECKING:
     from explore.comparison.stability import StabilityCase
@@ -26,14 +27,14 @@ def stability(
     mechanism: Annotated[
         str,
         typer.Argument(
-            autocompletion=complete_mechanisms, help="crank-rocker, slider-crank, variable-crank or gears (their law)."
+            metavar="MECHANISM|FILE",
+            autocompletion=complete_mechanisms,
+            help="A mechanism, or a study of one or of a linkage, a .toml file.",
         ),
-    ] = "crank-rocker",
+    ] = DEFAULT_MECHANISM,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "-o", "--output", help="The folder for tables and charts; by default results/stability-MECHANISM."
-        ),
+        typer.Option("-o", "--output", help="The folder for tables and charts; by default results/stability-NAME."),
     ] = None,
     accuracy: Annotated[
         float, typer.Option(min=1e-14, max=0.1, help="Largest error that still counts as accurate.")
@@ -41,39 +42,47 @@ def stability(
     as_json: JsonOption = False,
 ) -> None:
     """Map how near to a singular position each method of solving the motion stays accurate."""
+    from explore.comparison import random_starts
     from explore.comparison.convergence import measure_orders
     from explore.comparison.methods.registry import methods_for
-    from explore.comparison.stability import map_stability, safe_margins, stability_case, stability_runs, trace_turn
+    from explore.comparison.stability import (
+        declared_case,
+        map_stability,
+        safe_margins,
+        stability_runs,
+        study_case,
+        trace_turn,
+    )
 
-    folder = output or Path(f"results/stability-{mechanism}")
-    if mechanism == "gears":
-        _solve_gears(folder, accuracy, as_json=as_json)
+    folder = output or Path(f"results/stability-{Path(mechanism).stem}")
+    if mechanism == random_starts.MECHANISM:
+        _solve_from_starts(folder, accuracy, as_json=as_json)
         return
-    case = stability_case(mechanism)
+    case = study_case(Path(mechanism)) if mechanism.endswith(".toml") else declared_case(mechanism)
     announce_compiling()
     say_missing_peers(methods_for(case.loop))
     with atomic_files(folder) as place:
         with progress_bar("judging methods", len(stability_runs(case))) as step:
             rows = map_stability(case, accuracy, step)
         tables = {"map": rows, "safe": safe_margins(rows), "turn": trace_turn(case)}
-        if case.has_orders:
-            tables["orders"] = measure_orders()
+        if case.smooth is not None:
+            tables["orders"] = measure_orders(case.loop, case.smooth)
         _write(place, case, tables, accuracy)
     if as_json:
         print_json(tables)
     else:
         _print_safe(tables["safe"], case.distance, accuracy)
-        if case.has_orders:
+        if case.smooth is not None:
             _print_orders(tables["orders"])
     names = ", ".join(f"{name}.csv" for name in tables)
     say(f"tables and charts are in {folder}: {names}, and map and turn as png, svg")
 
 
-def _solve_gears(folder: Path, accuracy: float, *, as_json: bool) -> None:
-    """Solve the law of a gear pair from random starts, write tables and a chart, and print the outcomes."""
+def _solve_from_starts(folder: Path, accuracy: float, *, as_json: bool) -> None:
+    """Solve a law from random starts, write tables and a chart, and print the outcomes."""
     import pandas as pd
 
-    from explore.comparison.gear_starts import GROWTH, SECTOR, START_COUNT, count_outcomes, solve_from_starts
+    from explore.comparison.random_starts import START_COUNT, TITLE, count_outcomes, solve_from_starts
     from explore.figures.charts.stability import starts_chart
 
     announce_compiling()
@@ -88,9 +97,7 @@ def _solve_gears(folder: Path, accuracy: float, *, as_json: bool) -> None:
     else:
         lines = [[row["outcome"], f"{row['starts']:,}", f"{row['share']:.1%}"] for row in tables["counts"]]
         columns = [("outcome", ""), ("starts", ""), ("share", "")]
-        print_table(
-            f"fsolve on the five equations of gears of growth {GROWTH:g}, sector {SECTOR:g} rad", columns, lines
-        )
+        print_table(TITLE, columns, lines)
     say(f"tables and charts are in {folder}: starts.csv, counts.csv, starts.png, starts.svg")
 
 

@@ -1,33 +1,23 @@
-"""Input and output of a method that solves the motion of mechanisms with one loop.
+"""Input and output of a method that solves the motion of a mechanism by its loops.
 
 A method is a frozen dataclass whose fields are its settings. It solves a `Task` for many designs and reports an outcome
-for each in place of an exception. The crank turns at 1 rad/s; angles are in rad, for n designs and t crank angles. The
-loop is that of the four-bar linkage unless a task names another.
+for each in place of an exception. The crank turns at 1 rad/s; angles are in rad, for n designs, t crank angles and m
+unknowns of the loops.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from enum import Flag, IntEnum, auto
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from explore.comparison.methods.four_bar_loop import FOUR_BAR
-from explore.comparison.methods.vector_loop import VectorLoop
+from explore.comparison.methods.loop import Loop
+from explore.mechanisms.loops import Columns
 from explore.model.quantities import FloatArray
-
-
-class MotionRow(IntEnum):
-    """Rows of `Motion.signals` of a four-bar; a level fills the first two, four or six."""
-
-    COUPLER_ANGLE = 0
-    ROCKER_ANGLE = 1
-    COUPLER_VELOCITY = 2
-    ROCKER_VELOCITY = 3
-    COUPLER_ACCELERATION = 4
-    ROCKER_ACCELERATION = 5
 
 
 class Level(IntEnum):
@@ -37,11 +27,6 @@ class Level(IntEnum):
     POSITIONS = 1
     VELOCITIES = 2
     ACCELERATIONS = 3
-
-    @property
-    def rows(self) -> slice:
-        """The two rows of `Motion.signals` that this level adds to the one below."""
-        return slice(2 * self - 2, 2 * self)
 
 
 class Capability(Flag):
@@ -53,12 +38,14 @@ class Capability(Flag):
     ANY_ANGLE = auto()
     #: The step is that of the crank angles of the task; integrators choose their own.
     FOLLOWS_ANGLES = auto()
-    #: A change to the other branch is detected.
+    #: A change to another assembly is detected.
     CHECKS_BRANCH = auto()
     #: The solver is that of another package.
     PEER = auto()
-    #: Only four-bar linkages are solved.
-    FOUR_BAR_ONLY = auto()
+    #: Only one chain is solved, in which a triangle has two unknowns.
+    TRIANGLE = auto()
+    #: Only a triangle with two unknown angles is solved, on a link that turns.
+    TWO_ANGLES = auto()
 
 
 class Outcome(IntEnum):
@@ -91,11 +78,11 @@ _SENTENCES = {
     Outcome.OK: "solved",
     Outcome.CANNOT_ASSEMBLE: "the links cannot be assembled",
     Outcome.CRANK_BLOCKED: "the crank cannot turn fully",
-    Outcome.CHANGE_POINT: "all links fall into one line, from where the motion may continue on either branch",
+    Outcome.CHANGE_POINT: "two assemblies meet at a crank angle, from where the motion may continue as either",
     Outcome.NO_MOTION: "no continuous motion exists",
     Outcome.NOT_FINITE: "a value is not a finite number",
     Outcome.NOT_CONVERGED: "the iteration did not converge; a solution may or may not exist",
-    Outcome.WRONG_BRANCH: "the iteration converged to the other branch",
+    Outcome.WRONG_BRANCH: "the iteration converged to another assembly",
     Outcome.OPEN_LOOP: "the links no longer close the loop",
     Outcome.GAVE_UP: "the integrator could not find a step that keeps its tolerance",
     Outcome.RAISED: "the solver raised an exception",
@@ -108,35 +95,30 @@ class Task:
 
     Attributes
     ----------
+    loop
+        The loops to solve.
     parameters : (n, p) array
-        Those of the loop, of a four-bar crank, coupler, rocker, ground, in any one unit.
-    branch : (n,) array
-        1, or -1 for the other solution of the loop: for a four-bar, on which side of the line from crank pin to rocker
-        pivot the coupler joint lies.
+        Those of the loop.
     crank_angle : (n, t) array
-        Ascending, rad. An outcome refers to a full turn whatever these angles.
+        Ascending, rad. An outcome refers to the whole motion whatever these angles.
     level
         Positions, velocities or accelerations; each includes those before.
-    start : (n, 2) array, optional
-        Approximate unknowns, of a four-bar coupler and rocker angle, at the first crank angle; by default the exact
-        ones.
-    loop
-        The loop to solve.
+    start : (n, m) array, optional
+        Approximate unknowns at the first crank angle; by default the exact ones.
     """
 
+    loop: Loop
     parameters: FloatArray
-    branch: FloatArray
     crank_angle: FloatArray
     level: Level = Level.ACCELERATIONS
     start: FloatArray | None = None
-    loop: VectorLoop = FOUR_BAR
 
     def __post_init__(self) -> None:
         """Check the shapes, because wrong ones would broadcast."""
-        n, p, angles = len(self.parameters), len(self.loop.parameters), self.crank_angle
-        shapes = self.parameters.shape == (n, p) and self.branch.shape == (n,) and angles.shape[:1] == (n,)
-        if not shapes or angles.ndim != 2 or (self.start is not None and self.start.shape != (n, 2)):
-            raise ValueError(f"a task needs parameters (n, {p}), branch (n,), crank_angle (n, t) and start (n, 2)")
+        n, p, m, angles = len(self.parameters), len(self.loop.parameters), self.loop.count, self.crank_angle
+        shapes = self.parameters.shape == (n, p) and angles.shape[:1] == (n,)
+        if not shapes or angles.ndim != 2 or (self.start is not None and self.start.shape != (n, m)):
+            raise ValueError(f"a task needs parameters (n, {p}), crank_angle (n, t) and start (n, {m})")
         if self.level is Level.GEOMETRY:
             raise ValueError("no method solves the level geometry, which is known in closed form")
 
@@ -144,16 +126,37 @@ class Task:
         """Number of designs."""
         return len(self.parameters)
 
+    @cached_property
+    def columns(self) -> Columns:
+        """Parameters by name, of shape (n,)."""
+        return self.loop.columns(self.parameters.T)
+
+    @cached_property
+    def upright(self) -> Columns:
+        """Parameters by name, of shape (n, 1)."""
+        return self.loop.columns(self.parameters.T[:, :, None])
+
+    @cached_property
+    def numbers(self) -> list[list[Any]]:
+        """The number of each term of the loops, of shape (n,)."""
+        return self.loop.numbers(self.columns)
+
+    @cached_property
+    def exact_start(self) -> FloatArray:
+        """The exact unknowns at the first crank angle, shape (n, m); NaN where there are none."""
+        with np.errstate(all="ignore"):
+            first = self.loop.closed.close(self.columns).fill(self.crank_angle[:, :1], self.loop.count)
+        return np.asarray(first[:, :, 0].T)
+
+    @cached_property
+    def size(self) -> FloatArray:
+        """The longest vector of constant length of each design."""
+        return np.asarray(self.loop.size(self.columns))
+
     def part(self, which: npt.NDArray[Any] | slice) -> Task:
         """The same task for some of the designs."""
         start = None if self.start is None else self.start[which]
-        return replace(
-            self,
-            parameters=self.parameters[which],
-            branch=self.branch[which],
-            crank_angle=self.crank_angle[which],
-            start=start,
-        )
+        return replace(self, parameters=self.parameters[which], crank_angle=self.crank_angle[which], start=start)
 
 
 @dataclass(frozen=True)
@@ -162,8 +165,8 @@ class Motion:
 
     Attributes
     ----------
-    signals : (2 level, n, t) array
-        Both unknowns and as many derivatives: for a four-bar in the order of `MotionRow`, rad, 1, 1/rad.
+    signals : (m level, n, t) array
+        The unknowns, angles first, then as many derivatives by the crank angle.
     outcome : (n,) array
         An `Outcome` for each design.
     evaluations : (n,) array
@@ -181,7 +184,7 @@ class Motion:
     def blank(cls, task: Task) -> Motion:
         """A motion to be filled: all signals NaN, all outcomes OK, no work."""
         n = len(task)
-        signals = np.full((2 * task.level, *task.crank_angle.shape), np.nan)
+        signals = np.full((task.loop.count * task.level, *task.crank_angle.shape), np.nan)
         outcome = np.full(n, Outcome.OK, dtype=np.int8)
         return cls(signals, outcome, np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64))
 

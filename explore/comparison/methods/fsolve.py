@@ -1,4 +1,4 @@
-"""`scipy.optimize.fsolve` on the vector loop at each crank angle, as users of SciPy write it."""
+"""`scipy.optimize.fsolve` on the loops at each crank angle, as users of SciPy write it."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -8,7 +8,8 @@ from scipy import optimize
 
 from explore.comparison.methods.closed_form import initial_guess
 from explore.comparison.methods.contract import Capability, Motion, Outcome, Task
-from explore.comparison.methods.vector_loop import VectorLoop
+from explore.comparison.methods.design_equations import DesignEquations
+from explore.comparison.methods.elimination import Linear
 from explore.model.quantities import FloatArray
 
 #: MINPACK's code for success.
@@ -37,17 +38,17 @@ class Fsolve:
 
         Evaluations are those of the residual, including finite differences.
         """
-        motion, start, loop = Motion.blank(task), initial_guess(task), task.loop
+        motion, start = Motion.blank(task), initial_guess(task)
         with np.errstate(all="ignore"):
             for i, parameters in enumerate(task.parameters):
-                guess = start[i]
+                guess, equations = start[i], DesignEquations(task.loop, parameters)
                 for j, crank in enumerate(task.crank_angle[i]):
                     guess, info, code, _ = optimize.fsolve(
-                        _gap, guess, (loop, parameters, crank), full_output=True, xtol=self.tolerance
+                        _gap, guess, (equations, float(crank)), full_output=True, xtol=self.tolerance
                     )
                     motion.evaluations[i] += info["nfev"]
                     if code == _CONVERGED:
-                        motion.outcome[i] = _fill(loop, parameters, crank, guess, motion.signals[:, i, j])
+                        motion.outcome[i] = _fill(equations, float(crank), guess, motion.signals[:, i, j])
                     else:
                         is_finite = np.isfinite(parameters).all()
                         motion.outcome[i] = Outcome.NOT_CONVERGED if is_finite else Outcome.NOT_FINITE
@@ -56,22 +57,26 @@ class Fsolve:
         return motion
 
 
-def _gap(unknowns: FloatArray, loop: VectorLoop, parameters: FloatArray, crank: FloatArray) -> tuple[float, float]:
-    return loop.linearise(parameters, crank, *unknowns).gap
+def _gap(unknowns: FloatArray, equations: DesignEquations, crank: float) -> list[float]:
+    return [part for number in equations.about(crank, unknowns)[0].gap for part in (number.real, number.imag)]
 
 
-def _fill(
-    loop: VectorLoop, parameters: FloatArray, crank: FloatArray, unknowns: FloatArray, signals: FloatArray
-) -> Outcome:
-    """Fill the signals at one crank angle, shape (2 level,), from linear systems for velocities and accelerations."""
-    linear = loop.linearise(parameters, crank, *unknowns)
-    jacobian = np.array([linear.first_derivative, linear.second_derivative], dtype=float).T
-    signals[:2] = unknowns
+def _fill(equations: DesignEquations, crank: float, unknowns: FloatArray, signals: FloatArray) -> Outcome:
+    """Fill the signals at one crank angle, shape (m level,), from linear systems for velocities and accelerations."""
+    (about, given), m = equations.about(crank, unknowns), len(unknowns)
+    jacobian = _real(about.columns).T
+    signals[:m] = unknowns
     try:
-        if len(signals) > 2:
-            signals[2:4] = np.linalg.solve(jacobian, loop.rate_terms(parameters, crank, linear))
-        if len(signals) > 4:
-            signals[4:6] = np.linalg.solve(jacobian, loop.acceleration_terms(parameters, crank, linear, signals[2:4]))
+        if len(signals) > m:
+            signals[m : 2 * m] = np.linalg.solve(jacobian, _real([about.rate_terms(given)])[0])
+        if len(signals) > 2 * m:
+            terms = about.acceleration_terms(signals[m : 2 * m], given)
+            signals[2 * m :] = np.linalg.solve(jacobian, _real([terms])[0])
     except np.linalg.LinAlgError:
         return Outcome.RAISED
     return Outcome.OK if np.isfinite(signals).all() else Outcome.NOT_FINITE
+
+
+def _real(columns: Linear) -> FloatArray:
+    """The rows of both components of complex columns."""
+    return np.ascontiguousarray(np.array(columns, dtype=complex)).view(float)

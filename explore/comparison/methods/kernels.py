@@ -1,55 +1,162 @@
-"""Compiled functions of mechanisms over many designs at once, and the rows that they fill."""
+"""Compiled closed forms over many designs at once: those of mechanisms, and of tables by their graph."""
 
-import math
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 from numba import types
 
-from explore.base.compiling import FILL_SIGNATURE, LANES, compiled, function_type
+from explore.base.compiling import FILL_SIGNATURE, compiled, function_type
 from explore.base.lanes.designs import fill_motion_of_design
-from explore.base.subroutines import subroutine
-from explore.mechanisms import four_bar
-from explore.mechanisms.variable_crank.blend import blend
+from explore.comparison.methods.chains import ORIGIN
+from explore.evaluation.windows import find_laws
+from explore.mechanisms.linkages import statuses
+from explore.mechanisms.linkages.equations import Equations
+from explore.mechanisms.linkages.kernel import Kernel, make_kernel
+from explore.mechanisms.linkages.motions import close_table
+from explore.mechanisms.linkages.steps import find_steps
+from explore.mechanisms.linkages.table import LinkageTable
+from explore.mechanisms.linkages.vectors import dot, minus
+from explore.mechanisms.loops import Columns, LoopDeclaration
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import FloatArray
+from explore.model.quantities import FloatArray, Signal
 from explore.model.status import Status
 
-
-@compiled("void(float64[:, ::1], int64[::1])")
-def classify_all(lengths, classes):
-    """Fill the class of each linkage; a row of `lengths` is crank, coupler, rocker, ground."""
-    for i in range(lengths.shape[0]):
-        linkage_class, _ = four_bar.classify(lengths[i, 0], lengths[i, 1], lengths[i, 2], lengths[i, 3])
-        classes[i] = int(linkage_class)
+#: Code of a crank that a joint blocks; the next one is that of a change point.
+_BLOCKED = 3
 
 
-@compiled(
-    "void(float64[:, ::1], float64[::1], float64[:, ::1], float64[:, ::1], int64, int64[::1], float64[:, :, ::1])",
-    allocates=True,
-)
-def solve_all(lengths, branch, sine, cosine, needs, rows, signals):
-    """Fill ``signals[k, i]`` with row ``rows[k]`` of linkage i, at half-angle sines and cosines of shape (n, t)."""
-    constants, tangents = np.zeros(four_bar.FOUR_BAR_SIZE * LANES), np.empty(2 * LANES)
-    out, nodes = np.empty(four_bar.SIGNAL_ROWS * LANES), np.empty(2 * LANES, np.int64)
-    for i in range(lengths.shape[0]):
-        for lane in range(LANES):
-            four_bar.prepare(lengths[i, 0], lengths[i, 1], lengths[i, 2], lengths[i, 3], branch[i], constants, lane)
-        for anchor in range(2):
-            lanes = 0
-            for j in range(sine.shape[1] + 1):
-                if j < sine.shape[1] and (abs(sine[i, j]) > abs(cosine[i, j])) == (anchor == 1):
-                    tangents[lanes] = sine[i, j] / cosine[i, j] if anchor == 0 else -cosine[i, j] / sine[i, j]
-                    nodes[lanes] = j
-                    lanes += 1
-                if lanes == LANES or (j == sine.shape[1] and lanes > 0):
-                    for lane in range(lanes, LANES):
-                        tangents[lane] = tangents[0]
-                    four_bar.fill_motion(constants, tangents, anchor, 1, needs, four_bar.SIGNAL_ROWS, out)
-                    for k in range(signals.shape[0]):
-                        for lane in range(lanes):
-                            signals[k, i, nodes[lane]] = out[rows[k] * LANES + lane]
-                    lanes = 0
+@dataclass(frozen=True)
+class Closed:
+    """Designs whose motion is known in closed form.
+
+    Attributes
+    ----------
+    status
+        A code for each design.
+    fill
+        ``fill(angle, count)``: so many rows of the unknowns, then of their derivatives, at angles (n, t) in rad; not
+        finite for designs without a motion.
+    """
+
+    status: npt.NDArray[np.int8]
+    fill: Callable[[FloatArray, int], FloatArray]
+
+
+class ClosedMotion(Protocol):
+    """The closed form of a loop."""
+
+    def close(self, columns: Columns) -> Closed:
+        """Close designs with these parameters, of shape (n,)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class MechanismMotion:
+    """The closed form of a mechanism with functions of its own."""
+
+    mechanism: Mechanism
+    loop: LoopDeclaration
+
+    def close(self, columns: Columns) -> Closed:
+        """Close designs."""
+        mechanism, count = self.mechanism, len(next(iter(columns.values())))
+        declared = mechanism.kernel_parameters
+        inputs = np.stack([columns.get(p.name, np.full(count, p.default)) for p in declared])
+        usable = np.all([p.allows(values) for values, p in zip(inputs, declared, strict=True)], axis=0)
+        result = mechanism.evaluate_closed_form(np.where(usable, inputs, 1.0), keeps_constants=True)
+        result.constants[:, ~usable] = np.nan
+        status = np.where(usable, result.status, np.int8(Status.NOT_FINITE))
+        moving = [code for code, own in mechanism.statuses.items() if own.lacks_strokes]
+        status[np.isin(status, moving)] = Status.OK
+
+        def fill(angle: FloatArray, count: int) -> FloatArray:
+            signals = [mechanism.signal(name) for name in self.loop.signals[: None if self.loop.motion else count]]
+            values = self._fill(result.constants, angle, signals)
+            if self.loop.motion is None:
+                return values
+            return self.loop.motion({name: c[:, None] for name, c in columns.items()}, angle, values)[:count]
+
+        return Closed(status, fill)
+
+    def _fill(self, constants: FloatArray, angle: FloatArray, signals: Sequence[Signal]) -> FloatArray:
+        mechanism, laws = self.mechanism, np.zeros(angle.shape, dtype=np.int64)
+        if mechanism.breaks:
+            laws = np.stack([find_laws(mechanism, *each) for each in zip(constants.T, angle, strict=True)])
+        needs = int(np.bitwise_or.reduce([signal.needs for signal in signals]))
+        kept = constants[: mechanism.n_fill_constants or None]
+        filled = _fill_all(mechanism.fill, kept, angle, mechanism.anchor_angle, laws, needs, mechanism.signal_rows)
+        return np.stack([filled[:, signal.row] for signal in signals])
+
+
+@dataclass(frozen=True, eq=False)
+class TableMotion:
+    """The closed form of a table, from its graph."""
+
+    table: LinkageTable
+    angles: Sequence[str]
+    lengths: Sequence[str]
+
+    def close(self, columns: Columns) -> Closed:
+        """Close designs."""
+        table, kernel = self.table, self._kernel
+        inputs = np.stack([columns[p.name] for p in table.parameters], axis=1)
+        start, end = np.deg2rad(table.limits or (0.0, 0.0))
+        constants, status = close_table(kernel, inputs, (start, end - start))
+        status[~np.isfinite(inputs).all(axis=1)] = Status.NOT_FINITE
+        joints = status >= statuses.blocked_at(0)
+        status[joints] = _BLOCKED + (status[joints] - statuses.blocked_at(0)) % 2
+
+        def fill(angle: FloatArray, count: int) -> FloatArray:
+            laws, turning = np.zeros(angle.shape, dtype=np.int64), len(self.angles)
+            rows = 3 * (turning + len(self.lengths)) + turning
+            filled = np.moveaxis(_fill_all(kernel.fill, constants, angle, 0.0, laws, 1, rows), 1, 0)
+            angles = np.arctan2(filled[:turning], filled[turning : 2 * turning])
+            return np.concatenate([angles, filled[2 * turning : turning + count]])
+
+        return Closed(status, fill)
+
+    @cached_property
+    def _kernel(self) -> Kernel:
+        equations = Equations(self.table, find_steps(self.table))
+        directions = [equations.directions[link] for link in self.angles]
+        slots = {slot.name: equations.slot_position(slot) for slot in self.table.slots}
+        for slide in self.table.slides:
+            origins = equations.place_of(slide.link, ORIGIN), equations.place_of(slide.body, ORIGIN)
+            slots[slide.link] = dot(minus(*origins), equations.slide_direction(slide))
+        places = [slots[name].terms for name in self.lengths]
+        outputs = [part[axis].terms[0] for axis in (1, 0) for part in directions] + [place[0] for place in places]
+        turning = [equations.turning_of(link) for link in self.angles]
+        outputs += [each[order] for order in (0, 1) for each in [*turning, *(place[1:] for place in places)]]
+        joints = list(dict.fromkeys(factor.joint for factor in equations.factors))
+        return make_kernel(equations, outputs, [], joints, (), (), tells_reach=False)
+
+
+def table_motion(table: LinkageTable, angles: Sequence[str], lengths: Sequence[str]) -> TableMotion:
+    """The closed form of a table for unknown angles of links, and positions in slots and along slides."""
+    moving = tuple(p for p in table.parameters if p.name in table.moving_names)
+    return TableMotion(replace(table, loads=None, parameters=moving), angles, lengths)
+
+
+def _fill_all(
+    fill: Any, constants: FloatArray, angle: FloatArray, anchor: float, laws: npt.NDArray[np.int64], needs: int,
+    rows: int,
+) -> FloatArray:  # fmt: skip
+    """Rows of signals, (n, rows, t), at angles (n, t) from the anchor, which is 0 or a quarter of a turn."""
+    # tan(x/2) = sin x/(1 + cos x): a difference from half a turn would lose the digits beside it
+    sine, cosine = np.sin(np.ascontiguousarray(angle)), np.cos(np.ascontiguousarray(angle))
+    along, across = (cosine, sine) if anchor == 0.0 else (sine, -cosine)
+    anchors = (along < 0.0).astype(np.int64)
+    tangents = np.where(along < 0.0, -across, across) / (1.0 + np.abs(along))
+    filled = np.zeros((constants.shape[1], rows, angle.shape[1]))
+    _fill_motions(fill, np.ascontiguousarray(constants.T), anchors, laws, np.ascontiguousarray(tangents), needs, rows,
+                  filled)  # fmt: skip
+    return filled
 
 
 @compiled(
@@ -59,74 +166,7 @@ def solve_all(lengths, branch, sine, cosine, needs, rows, signals):
     ),
     allocates=True,
 )  # fmt: skip
-def fill_motions(fill, constants, anchors, laws, tangents, needs, rows, signals):
+def _fill_motions(fill, constants, anchors, laws, tangents, needs, rows, signals):
     """Fill the signals of many designs, shape (n, rows, t), each at its own angles; see `fill_motion_of_design`."""
     for i in range(constants.shape[0]):
         fill_motion_of_design(fill, constants[i], anchors[i], laws[i], tangents[i], 0, needs, rows, signals[i])
-
-
-@subroutine()
-def _given_position(rod, slider_speed, speed, time, blend_order, angle, order):
-    """The slider's position, or a derivative by the angle: constant speed between smooth reversals."""
-    travel, width = slider_speed / speed, speed * time
-    turned = angle - 2.0 * math.pi * math.floor(angle / (2.0 * math.pi) + 0.5)
-    folded = abs(turned)
-    side = 1.0 if folded < 0.5 * math.pi else -1.0
-    z = max(0.5 - min(folded, math.pi - folded) / width, 0.0)
-    lag, share, slope = blend(blend_order, z)
-    if order == 1:
-        rate = travel * (share - 1.0)
-        return rate if turned > 0.0 else -rate
-    if order == 2:
-        return -side * travel / width * slope
-    crank = travel * math.sqrt(2.0 * rod / (rod + math.hypot(rod, 2.0 * travel)))
-    return math.hypot(rod, crank) - travel * (folded - math.atan2(rod, crank) + side * width * lag)
-
-
-@compiled("float64(float64, float64, float64, float64, float64, float64, int64)")
-def given_position(rod, slider_speed, speed, time, blend_order, angle, order):
-    """The position of the variable crank's slider, or its derivative of an order up to 2 by the angle."""
-    return _given_position(rod, slider_speed, speed, time, blend_order, angle, order)
-
-
-@compiled("void(float64[:, ::1], int64, float64[::1])")
-def fill_given_positions(inputs, order, positions):
-    """Fill what `given_position` returns for columns of inputs: parameters and angle."""
-    for k in range(inputs.shape[1]):
-        positions[k] = _given_position(
-            inputs[0, k], inputs[1, k], inputs[2, k], inputs[3, k], inputs[4, k], inputs[5, k], order
-        )
-
-
-def kernel_rows(
-    mechanism: Mechanism, parameters: FloatArray, angle: FloatArray, laws: npt.NDArray[np.int64], needs: int
-) -> FloatArray:
-    """Signals, (n, rows, t), of a mechanism whose anchor is at 0 or 90 degrees, at angles, rad, under laws, (n, t).
-
-    The parameters are the first ones of the closed form; others have their defaults. Rows are meaningless where the
-    bits of `needs` exclude a signal, and not finite for designs without a motion.
-    """
-    constants = np.ascontiguousarray(mechanism.constants(_complete(mechanism, parameters)).T)
-    # tan(x/2) = sin x/(1 + cos x): a difference from half a turn would lose the digits beside it
-    sine, cosine = np.sin(angle), np.cos(angle)
-    along, across = (cosine, sine) if mechanism.anchor_angle == 0.0 else (sine, -cosine)
-    anchors = (along < 0.0).astype(np.int64)
-    tangents = np.where(along < 0.0, -across, across) / (1.0 + np.abs(along))
-    rows = np.zeros((len(parameters), mechanism.signal_rows, angle.shape[1]))
-    fill_motions(mechanism.fill, constants, anchors, np.ascontiguousarray(laws), np.ascontiguousarray(tangents), needs,
-                 mechanism.signal_rows, rows)  # fmt: skip
-    return rows
-
-
-def kernel_status(mechanism: Mechanism, parameters: FloatArray) -> npt.NDArray[np.int8]:
-    """Status of each design, from the first parameters of the closed form, shape (n, p)."""
-    columns = zip(parameters.T, mechanism.kernel_parameters, strict=False)
-    usable = np.all([declared.allows(values) for values, declared in columns], axis=0)
-    status = mechanism.evaluate_closed_form(_complete(mechanism, np.where(usable[:, None], parameters, 1.0))).status
-    return np.where(usable, status, np.int8(Status.NOT_FINITE))
-
-
-def _complete(mechanism: Mechanism, parameters: FloatArray) -> FloatArray:
-    """All parameters of the closed form, shape (p, n)."""
-    defaults = [p.default for p in mechanism.kernel_parameters[parameters.shape[1] :]]
-    return np.concatenate([parameters.T, np.tile(np.array(defaults, dtype=float)[:, None], (1, len(parameters)))])

@@ -1,10 +1,13 @@
-"""Projection onto the closed loop, and detection of open loops, for the integrators."""
+"""Projection onto the closed loops, and detection of open ones, for the integrators."""
 
 import numpy as np
 import numpy.typing as npt
 
+from explore.comparison.methods.closed_form import find_sides
 from explore.comparison.methods.contract import Motion, Outcome, Task
-from explore.comparison.methods.vector_loop import VectorLoop
+from explore.comparison.methods.elimination import solve
+from explore.comparison.methods.loop import Loop
+from explore.mechanisms.loops import Columns
 from explore.model.quantities import FloatArray
 
 #: Size of a correction after which the next is below rounding, rad or over the longest link.
@@ -14,18 +17,19 @@ _MAX_CORRECTIONS = 6
 
 
 def project_onto_loop(
-    loop: VectorLoop, parameters: FloatArray, crank: FloatArray, unknowns: FloatArray
+    loop: Loop, columns: Columns, crank: FloatArray, unknowns: FloatArray
 ) -> tuple[FloatArray, npt.NDArray[np.int64]]:
-    """Project both unknowns, first axis 2, onto the closed loop by Newton's corrections, and count these.
+    """Project the unknowns, first axis m, onto the closed loops by Newton's corrections, and count these.
 
     Unknowns are meaningless where the iteration diverges, which `mark_failures` detects.
     """
     corrections = np.zeros(unknowns.shape[1:], dtype=np.int64)
     active = np.ones(unknowns.shape[1:], dtype=bool)
-    last = _LAST_CORRECTION * loop.scales(parameters)
+    last = _LAST_CORRECTION * np.array(np.broadcast_arrays(*loop.scales(columns), crank)[:-1])
     for _ in range(_MAX_CORRECTIONS):
-        step = np.stack(loop.linearise(parameters, crank, *unknowns).correction())
-        unknowns = np.where(active, unknowns + step, unknowns)
+        about = loop.about(columns, crank, unknowns)
+        step = np.stack(solve(about.columns, about.gap)[0])
+        unknowns = np.where(active, unknowns - step, unknowns)
         corrections += active
         active &= ~(np.abs(step) <= last).all(axis=0)
         if not active.any():
@@ -34,24 +38,18 @@ def project_onto_loop(
 
 
 def mark_failures(task: Task, motion: Motion, gap_tolerance: float) -> None:
-    """Mark designs that are still OK but not finite, on the other branch, or with an open loop.
+    """Mark designs that are still OK but not finite, in another assembly, or with an open loop.
 
     The loop is open if its gap exceeds `gap_tolerance` times the longest link at any crank angle of the task.
     """
-    parameters = task.parameters.T[:, :, None]
     with np.errstate(all="ignore"):  # values that are not finite become an outcome
         is_finite = np.isfinite(motion.signals).all(axis=(0, 2))
-        loop = task.loop.linearise(parameters, task.crank_angle, *motion.signals[:2])
-        gap = np.hypot(*loop.gap).max(axis=1)
-        is_other_branch = on_other_branch(task, loop.determinant, task.crank_angle).any(axis=1)
-        is_open = gap > gap_tolerance * task.loop.size(task.parameters.T)
+        about = task.loop.about(task.upright, task.crank_angle, motion.signals[: task.loop.count])
+        gap = np.abs(np.stack(about.gap)).max(axis=(0, 2))
+        determinant = solve(about.columns, about.gap)[1]
+        is_other = (determinant * find_sides(task) < 0.0).any(axis=1)
+        is_open = gap > gap_tolerance * task.size
     still_ok = motion.outcome == Outcome.OK
-    motion.outcome[still_ok & is_other_branch] = Outcome.WRONG_BRANCH
+    motion.outcome[still_ok & is_other] = Outcome.WRONG_BRANCH
     motion.outcome[still_ok & is_open] = Outcome.OPEN_LOOP
     motion.outcome[still_ok & ~is_finite] = Outcome.NOT_FINITE
-
-
-def on_other_branch(task: Task, determinant: FloatArray, crank: FloatArray) -> npt.NDArray[np.bool_]:
-    """Whether a determinant of the Jacobian, shape (n, t), has the sign of the other branch at crank angles (n, t)."""
-    orientation = task.loop.orientation(task.parameters.T[:, :, None], crank)
-    return np.asarray(determinant * orientation * task.branch[:, None] < 0.0)

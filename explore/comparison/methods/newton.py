@@ -1,12 +1,12 @@
-"""Newton's method on the vector loop, each crank angle starting from the solution at the previous one."""
+"""Newton's method on the loops, each crank angle starting from the solution at the previous one."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from explore.comparison.methods.closed_form import initial_guess
+from explore.comparison.methods.closed_form import find_sides, initial_guess
 from explore.comparison.methods.contract import Capability, Motion, Outcome, Task
-from explore.comparison.methods.loop_closure import on_other_branch
+from explore.comparison.methods.elimination import solve
 from explore.model.quantities import FloatArray
 
 
@@ -25,8 +25,8 @@ class Newton:
     max_iterations
         Most corrections at one crank angle.
     check_branch
-        Whether the sign of the Jacobian's determinant is compared with the branch. Without it a jump to the other
-        branch is reported as solved.
+        Whether the sign of the Jacobian's determinant is compared with that of the exact motion. Without it a jump to
+        another assembly is reported as solved.
     """
 
     tolerance: float = 1e-12
@@ -54,38 +54,38 @@ class Newton:
 
         Evaluations are those of residuals and corrections; the rates, once per angle, are not counted.
         """
-        motion, loop = Motion.blank(task), task.loop
-        parameters, unknowns = task.parameters.T, initial_guess(task).T.copy()
-        solutions = np.full((2, *task.crank_angle.shape), np.nan)
+        motion, loop, sides = Motion.blank(task), task.loop, find_sides(task)
+        unknowns = initial_guess(task).T.copy()
+        solutions = np.full((loop.count, *task.crank_angle.shape), np.nan)
         with np.errstate(all="ignore"):  # values that are not finite become an outcome
             for j in range(task.crank_angle.shape[1]):
                 crank = task.crank_angle[:, j]
                 self._correct(task, crank, unknowns, motion)
                 if self.check_branch:
-                    determinant = loop.linearise(parameters, crank, *unknowns).determinant
-                    is_other_branch = on_other_branch(task, determinant[:, None], crank[:, None])[:, 0]
-                    motion.outcome[is_other_branch & (motion.outcome == Outcome.OK)] = Outcome.WRONG_BRANCH
+                    about = loop.about(task.columns, crank, unknowns)
+                    is_other = solve(about.columns, about.gap)[1] * sides[:, j] < 0.0
+                    motion.outcome[is_other & (motion.outcome == Outcome.OK)] = Outcome.WRONG_BRANCH
                 is_ok = motion.outcome == Outcome.OK
                 solutions[:, is_ok, j] = unknowns[:, is_ok]
-            loop.fill_signals(motion.signals, parameters[:, :, None], task.crank_angle, *solutions)
+            loop.fill_signals(motion.signals, task.upright, task.crank_angle, solutions)
         is_ok = motion.outcome == Outcome.OK
         motion.outcome[is_ok & ~np.isfinite(motion.signals).all(axis=(0, 2))] = Outcome.NOT_FINITE
         return motion
 
     def _correct(self, task: Task, crank: FloatArray, unknowns: FloatArray, motion: Motion) -> None:
-        """Correct the unknowns, shape (2, n), in place until the loop of every design that is still OK is closed."""
-        parameters = task.parameters.T
-        max_gap = self.tolerance * task.loop.size(parameters)
+        """Correct the unknowns, shape (m, n), in place until the loop of every design that is still OK is closed."""
+        max_gap = self.tolerance * task.size
         active = np.flatnonzero(motion.outcome == Outcome.OK)
         for iteration in range(self.max_iterations + 1):
-            loop = task.loop.linearise(parameters[:, active], crank[active], *unknowns[:, active])
+            columns = {name: column[active] for name, column in task.columns.items()}
+            about = task.loop.about(columns, crank[active], unknowns[:, active])
             motion.evaluations[active] += 1
-            is_open = ~(np.hypot(*loop.gap) <= max_gap[active])  # true for NaN as well
+            is_open = ~(np.abs(np.stack(about.gap)).max(axis=0) <= max_gap[active])  # true for NaN as well
             active = active[is_open]
             if not active.size or iteration == self.max_iterations:
                 break
-            unknowns[:, active] += np.stack(loop.correction())[:, is_open]
+            unknowns[:, active] -= np.stack(solve(about.columns, about.gap)[0])[:, is_open]
             motion.evaluations[active] += 1
             motion.iterations[active] += 1
-        is_finite = np.isfinite(parameters[:, active]).all(axis=0)
+        is_finite = np.isfinite(task.parameters[active]).all(axis=1)
         motion.outcome[active] = np.where(is_finite, Outcome.NOT_CONVERGED, Outcome.NOT_FINITE)

@@ -8,18 +8,10 @@ import numpy as np
 
 from explore.base.compiling import compiled
 from explore.base.subroutines import subroutine
-from explore.comparison.methods.closed_form import initial_guess
+from explore.comparison.methods.closed_form import find_sides, initial_guess
 from explore.comparison.methods.contract import Capability, Motion, Outcome, Task
-from explore.comparison.methods.vector_loop import UnknownAngle, UnknownLength
-from explore.model.quantities import FloatArray
 
 _OK, _NOT_CONVERGED, _WRONG_BRANCH = int(Outcome.OK), int(Outcome.NOT_CONVERGED), int(Outcome.WRONG_BRANCH)
-#: Kind of an unknown: a link of unknown angle.
-_ANGLE = 0
-#: Kind of an unknown: a length along the x axis.
-_ALONG_X = 1
-#: Kind of an unknown: a length along the input link.
-_ALONG_INPUT = 2
 
 
 @dataclass(frozen=True)
@@ -49,18 +41,19 @@ class CompiledNewton:
         Evaluations are those of residuals and corrections; the rates, once per angle, are not counted.
         """
         motion, loop, angle = Motion.blank(task), task.loop, np.array(task.crank_angle, order="C")
-        parameters = task.parameters.T[:, :, None]
-        with np.errstate(all="ignore"):  # values that are not finite become an outcome
-            direction = np.cos(angle), np.sin(angle)
-            known = np.empty((task.level, 2, *angle.shape))
-            for order in range(task.level):
-                known[order, 0], known[order, 1] = loop.known(parameters, angle, direction, order)
-            sides = loop.orientation(parameters, angle) * task.branch[:, None] * np.ones_like(angle)
-        kinds, sizes = zip(*(_specify(unknown, task.parameters) for unknown in (loop.first, loop.second)), strict=True)
+        n, chains = len(task), len(loop.chains)
+        terms = [(j, term, c) for j in range(chains) for term, c in zip(loop.chains[j], task.numbers[j], strict=True)]
+        frame = loop.n_angles + int(loop.turns)
+        which = [(j, frame if t.angle is None else t.angle, -1 if t.length is None else t.length) for j, t, _ in terms]
+        carriers = [frame if angle is None else angle for angle in loop.carriers]
+        given = np.zeros((3, n, 0))
+        if (known := loop.given(task.upright, angle, np)) is not None:
+            given = np.array(np.broadcast_arrays(*known, angle)[:3])
         _solve_all(
-            known, angle, sides, np.array(kinds), np.stack(sizes), self.tolerance * loop.size(task.parameters.T),
-            np.array(initial_guess(task), order="C"), self.max_iterations, motion.signals, motion.outcome,
-            motion.evaluations, motion.iterations,
+            np.array(which), np.array([np.broadcast_to(c, n) for _, _, c in terms]).T.copy(),
+            np.array(carriers, dtype=np.int64), loop.n_angles, loop.n_lengths, loop.turns, given, angle,
+            find_sides(task), self.tolerance * task.size, np.array(initial_guess(task), order="C"),
+            self.max_iterations, motion.signals, motion.outcome, motion.evaluations, motion.iterations,
         )  # fmt: skip
         is_ok = motion.outcome == Outcome.OK
         motion.outcome[is_ok & ~np.isfinite(motion.signals).all(axis=(0, 2))] = Outcome.NOT_FINITE
@@ -69,97 +62,150 @@ class CompiledNewton:
         return motion
 
 
-def _specify(unknown: UnknownAngle | UnknownLength, parameters: FloatArray) -> tuple[int, FloatArray]:
-    """Kind of the vector of an unknown, and its signed length, or the sign of its direction, of each design."""
-    if isinstance(unknown, UnknownAngle):
-        return _ANGLE, unknown.sign * parameters[:, unknown.length]
-    return _ALONG_INPUT if unknown.turns else _ALONG_X, np.full(len(parameters), unknown.sign)
-
-
 # compiled for the types of the first call, which only a comparison makes
-@compiled()
+@compiled(allocates=True)
 def _solve_all(
-    known, crank_angle, sides, kinds, sizes, max_gap, start, max_iterations, signals, outcome, evaluations, iterations
-):
-    """Follow each design from angle to angle until it fails."""
+    which, numbers, carriers, n_angles, n_lengths, turns, given, crank_angle, sides, max_gap, start, max_iterations,
+    signals, outcome, evaluations, iterations,
+):  # fmt: skip
+    """Follow each design from angle to angle until it fails.
+
+    Row k of `which` has the numbers of chain, angle and length of term k; the last angle is that of the frame.
+    """
+    m, chains, has_given = n_angles + n_lengths, (n_angles + n_lengths) // 2, given.shape[2] > 0
+    turned, slid = np.ones(n_angles + turns + 1, np.complex128), np.empty(n_lengths + has_given)
+    by_angle, by_length = np.empty((chains, len(turned)), np.complex128), np.empty((chains, len(slid)), np.complex128)
+    turning, sliding, rows, unknowns = np.ones(len(turned)), np.empty(len(slid)), np.empty((m, m + 1)), np.empty(m)
+    turning[-1] = 0.0
     for i in range(crank_angle.shape[0]):
-        first, second = start[i, 0], start[i, 1]
+        unknowns[:] = start[i]
         for j in range(crank_angle.shape[1]):
-            direction = math.cos(crank_angle[i, j]), math.sin(crank_angle[i, j])
-            first, second, u, v, corrections, is_closed = _close_loop(
-                known[0, 0, i, j], known[0, 1, i, j], direction, kinds, sizes[:, i], first, second, max_gap[i],
-                max_iterations,
-            )  # fmt: skip
+            if turns:
+                turned[n_angles] = _turn(crank_angle[i, j])
+            if has_given:
+                slid[n_lengths], sliding[n_lengths] = given[0, i, j], given[1, i, j]
+            corrections = 0
+            while True:
+                for k in range(n_angles):
+                    turned[k] = _turn(unknowns[k])
+                slid[:n_lengths] = unknowns[n_angles:]
+                gap = _add_terms(which, numbers[i], turned, slid, by_angle, by_length)
+                is_closed = gap <= max_gap[i]  # false for NaN
+                if is_closed or corrections == max_iterations:
+                    break
+                _fill_gap(rows, by_angle)
+                _solve(rows, by_angle, by_length, n_angles)
+                unknowns -= rows[:, m]
+                corrections += 1
             iterations[i] += corrections
             evaluations[i] += 2 * corrections + 1
             if not is_closed:
                 outcome[i] = _NOT_CONVERGED
-            elif (u[2] * v[3] - u[3] * v[2]) * sides[i, j] < 0.0:
-                outcome[i] = _WRONG_BRANCH
-            if outcome[i] != _OK:
                 break
-            signals[0, i, j], signals[1, i, j] = first, second
-            _fill_rates(signals[2:, i, j], known[:, :, i, j], kinds, u, v)
+            _fill_rate_terms(rows, by_angle, by_length, n_angles, n_lengths, turns, sliding)
+            if _solve(rows, by_angle, by_length, n_angles) * sides[i, j] < 0.0:
+                outcome[i] = _WRONG_BRANCH
+                break
+            signals[:m, i, j] = unknowns
+            if signals.shape[0] > m:
+                signals[m : 2 * m, i, j] = rows[:, m]
+            if signals.shape[0] > 2 * m:
+                turning[:n_angles], sliding[:n_lengths] = rows[:n_angles, m], rows[n_angles:, m]
+                _fill_acceleration_terms(rows, by_angle, by_length, carriers, turning, sliding)
+                if has_given:
+                    for c in range(chains):
+                        _add_right(rows, c, -by_length[c, n_lengths] * given[2, i, j])
+                _solve(rows, by_angle, by_length, n_angles)
+                signals[2 * m :, i, j] = rows[:, m]
 
 
 @subroutine()
-def _vector(kind, size, unknown, direction):
-    """The vector of an unknown, and its derivative by it."""
-    if kind == _ANGLE:
-        x, y = size * math.cos(unknown), size * math.sin(unknown)
-        return x, y, -y, x
-    if kind == _ALONG_INPUT:
-        x, y = size * direction[0], size * direction[1]
-        return unknown * x, unknown * y, x, y
-    return unknown * size, 0.0, size, 0.0
+def _turn(angle):
+    """The unit vector at an angle."""
+    return complex(math.cos(angle), math.sin(angle))
 
 
 @subroutine()
-def _close_loop(x, y, direction, kinds, sizes, first, second, max_gap, max_iterations):
-    """Correct both unknowns until the gap is small enough.
-
-    Returns the unknowns, their vectors with derivatives, the number of corrections, and whether the loop is closed.
-    """
-    corrections = 0
-    while True:
-        u = _vector(kinds[0], sizes[0], first, direction)
-        v = _vector(kinds[1], sizes[1], second, direction)
-        gap_x, gap_y = x + u[0] + v[0], y + u[1] + v[1]
-        is_closed = math.hypot(gap_x, gap_y) <= max_gap  # false for NaN
-        if is_closed or corrections == max_iterations:
-            return first, second, u, v, corrections, is_closed
-        step = _solve(u, v, gap_x, gap_y)
-        first -= step[0]
-        second -= step[1]
-        corrections += 1
-
-
-@subroutine()
-def _solve(u, v, x, y):
-    """Solve the Jacobian's linear equations by Cramer's rule."""
-    determinant = u[2] * v[3] - u[3] * v[2]
-    return (x * v[3] - y * v[2]) / determinant, (y * u[2] - x * u[3]) / determinant
+def _add_terms(which, numbers, turned, slid, by_angle, by_length):
+    """Fill the sums of terms by angle and by length; the largest gap of a chain."""
+    by_angle[:] = 0.0
+    by_length[:] = 0.0
+    largest = 0.0
+    for k in range(len(which)):
+        chain, angle, length = which[k]
+        vector = numbers[k] * turned[angle]
+        if length >= 0:
+            by_length[chain, length] += vector
+            vector *= slid[length]
+        by_angle[chain, angle] += vector
+    for chain in range(len(by_angle)):
+        gap = abs(by_angle[chain].sum())
+        if not gap <= largest:
+            largest = gap
+    return largest
 
 
 @subroutine()
-def _fill_rates(rates, known, kinds, u, v):
-    """Fill none, the velocities, or velocities and accelerations; see `explore.comparison.methods.vector_loop`."""
-    if len(rates) > 0:
-        x, y = known[1, 0], known[1, 1]
-        if kinds[0] == _ALONG_INPUT:
-            x, y = x - u[1], y + u[0]
-        rates[0], rates[1] = _solve(u, v, -x, -y)
-    if len(rates) > 2:
-        x, y = _carry_twice(kinds[0], known[2, 0], known[2, 1], u, rates[0])
-        x, y = _carry_twice(kinds[1], x, y, v, rates[1])
-        rates[2], rates[3] = _solve(u, v, -x, -y)
+def _add_right(rows, chain, value):
+    """Add to both right-hand sides of a chain."""
+    rows[2 * chain, -1] += value.real
+    rows[2 * chain + 1, -1] += value.imag
 
 
 @subroutine()
-def _carry_twice(kind, x, y, vector, rate):
-    """Add the second derivative of a vector by the input angle at a constant rate of its unknown."""
-    if kind == _ANGLE:
-        return x - rate * rate * vector[0], y - rate * rate * vector[1]
-    if kind == _ALONG_INPUT:
-        return x - 2.0 * rate * vector[3] - vector[0], y + 2.0 * rate * vector[2] - vector[1]
-    return x, y
+def _fill_gap(rows, by_angle):
+    """Fill the right-hand sides with the gaps."""
+    rows[:, -1] = 0.0
+    for chain in range(len(by_angle)):
+        _add_right(rows, chain, by_angle[chain].sum())
+
+
+@subroutine()
+def _fill_rate_terms(rows, by_angle, by_length, n_angles, n_lengths, turns, sliding):
+    """Fill the right-hand sides for the rates."""
+    rows[:, -1] = 0.0
+    for chain in range(len(by_angle)):
+        if turns:
+            _add_right(rows, chain, -1j * by_angle[chain, n_angles])
+        if len(sliding) > n_lengths:
+            _add_right(rows, chain, -by_length[chain, n_lengths] * sliding[n_lengths])
+
+
+@subroutine()
+def _fill_acceleration_terms(rows, by_angle, by_length, carriers, turning, sliding):
+    """Fill the right-hand sides for the second derivatives but for that of a given length."""
+    rows[:, -1] = 0.0
+    for chain in range(len(by_angle)):
+        for k in range(len(turning)):
+            _add_right(rows, chain, turning[k] * turning[k] * by_angle[chain, k])
+        for k in range(len(sliding)):
+            _add_right(rows, chain, -2j * turning[carriers[k]] * sliding[k] * by_length[chain, k])
+
+
+@subroutine()
+def _solve(rows, by_angle, by_length, n_angles):
+    """Solve the equations of Newton's matrix in place of their right-hand sides, by elimination; its determinant."""
+    m, determinant = len(rows), 1.0
+    for chain in range(len(by_angle)):
+        for k in range(m):
+            column = 1j * by_angle[chain, k] if k < n_angles else by_length[chain, k - n_angles]
+            rows[2 * chain, k], rows[2 * chain + 1, k] = column.real, column.imag
+    for k in range(m):
+        pivot = k
+        for row in range(k + 1, m):
+            if abs(rows[row, k]) > abs(rows[pivot, k]):
+                pivot = row
+        if pivot != k:
+            determinant = -determinant
+            for column in range(m + 1):
+                rows[k, column], rows[pivot, column] = rows[pivot, column], rows[k, column]
+        determinant *= rows[k, k]
+        for row in range(k + 1, m):
+            factor = rows[row, k] / rows[k, k]
+            for column in range(k + 1, m + 1):
+                rows[row, column] -= factor * rows[k, column]
+    for k in range(m - 1, -1, -1):
+        for column in range(k + 1, m):
+            rows[k, m] -= rows[k, column] * rows[column, m]
+        rows[k, m] /= rows[k, k]
+    return determinant

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
@@ -11,8 +10,8 @@ from scipy.integrate import DOP853, RK45, Radau
 
 from explore.comparison.methods.closed_form import start_values
 from explore.comparison.methods.contract import Capability, Motion, Outcome, Task
-from explore.comparison.methods.loop_closure import mark_failures, project_onto_loop
-from explore.comparison.methods.vector_loop import VectorLoop
+from explore.comparison.methods.design_equations import DesignEquations
+from explore.comparison.methods.loop_closure import mark_failures
 from explore.model.quantities import FloatArray
 
 #: Names of the solvers.
@@ -34,9 +33,9 @@ class VelocityIntegration:
     rtol
         Relative tolerance; the absolute tolerance is a thousandth of it, so that 1e-3 gives SciPy's defaults.
     projected
-        Whether Newton's corrections close the loop after each step and at each crank angle of the task. The two loop
-        equations determine both angles, so errors are then those of rounding at any tolerance, and the integrator only
-        provides the initial guess.
+        Whether Newton's corrections close the loop after each step and at each crank angle of the task. These
+        determine the unknowns, so errors are then those of rounding at any tolerance, and the integrator only provides
+        the initial guess.
     max_steps
         Most steps before the outcome GAVE_UP: near a toggle position the steps shrink, and 2500 take 0.2 s to 2 s.
     gap_tolerance
@@ -65,9 +64,9 @@ class VelocityIntegration:
     def solve(self, task: Task) -> Motion:
         """Integrate each design from its first crank angle to its last."""
         motion = Motion.blank(task)
-        start, unknowns = start_values(task), np.full((2, *task.crank_angle.shape), np.nan)
+        start, unknowns = start_values(task), np.full((task.loop.count, *task.crank_angle.shape), np.nan)
         for i in range(len(task)):
-            equations = LoopEquations(task.loop, task.parameters[i])
+            equations = DesignEquations(task.loop, task.parameters[i])
             if not all(np.isfinite(values).all() for values in (task.parameters[i], task.crank_angle[i], start[i])):
                 motion.outcome[i] = Outcome.NOT_FINITE
                 continue
@@ -77,14 +76,14 @@ class VelocityIntegration:
             except ArithmeticError:
                 motion.outcome[i] = Outcome.NOT_FINITE
             motion.evaluations[i], motion.iterations[i] = equations.evaluations, equations.steps
-        task.loop.fill_signals(motion.signals, task.parameters.T[:, :, None], task.crank_angle, *unknowns)
+        task.loop.fill_signals(motion.signals, task.upright, task.crank_angle, unknowns)
         mark_failures(task, motion, self.gap_tolerance)
         return motion
 
     def _integrate(
-        self, equations: LoopEquations, crank: FloatArray, start: FloatArray, unknowns: FloatArray
+        self, equations: DesignEquations, crank: FloatArray, start: FloatArray, unknowns: FloatArray
     ) -> Outcome:
-        """Integrate one design and fill its ``unknowns[2, t]`` up to where the solver stops."""
+        """Integrate one design and fill its ``unknowns[m, t]`` up to where the solver stops."""
         if self.projected:
             start = equations.project(crank[0], start)
         solver = _SOLVERS[self.solver](
@@ -111,28 +110,3 @@ class VelocityIntegration:
                 )  # the first stage of the next step in all three solvers
             filled = reached
         return Outcome.OK
-
-
-class LoopEquations:
-    """Velocity equations of one design in Python floats, with counters of evaluations and steps."""
-
-    def __init__(self, loop: VectorLoop, parameters: FloatArray) -> None:
-        self.loop, self.parameters, self.scales = loop, parameters, loop.scales(parameters)
-        self._floats = parameters.tolist()
-        self.evaluations = self.steps = 0
-
-    def rates(self, crank: float, unknowns: FloatArray) -> tuple[float, float]:
-        """`VectorLoop.rates` of one pair of unknowns; ArithmeticError if not finite."""
-        self.evaluations += 1
-        x, y = unknowns.tolist()
-        first, second = self.loop.rates(self._floats, crank, x, y, math)
-        if not math.isfinite(first + second):
-            raise FloatingPointError("the rates are not finite")
-        return first, second
-
-    def project(self, crank: float | FloatArray, unknowns: FloatArray) -> FloatArray:
-        """Project both unknowns, first axis 2, onto the closed loop."""
-        parameters = self.parameters.reshape(-1, *[1] * (unknowns.ndim - 1))
-        unknowns, corrections = project_onto_loop(self.loop, parameters, np.asarray(crank), unknowns)
-        self.evaluations += int(corrections.sum())
-        return unknowns

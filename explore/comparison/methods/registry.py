@@ -1,4 +1,4 @@
-"""All methods with the settings at which they are compared, and the loops that they solve."""
+"""All methods with the settings at which they are compared."""
 
 from explore.base.errors import RequestError
 from explore.base.suggest import suggestion
@@ -6,16 +6,13 @@ from explore.comparison.methods.circle_intersection import CircleIntersection
 from explore.comparison.methods.closed_form import ClosedForm
 from explore.comparison.methods.contract import Capability, Method, method_label
 from explore.comparison.methods.dyads import PylinkageDyads, is_pylinkage_installed
-from explore.comparison.methods.four_bar_loop import FOUR_BAR
 from explore.comparison.methods.fsolve import Fsolve
+from explore.comparison.methods.loop import Loop
 from explore.comparison.methods.newton import Newton
 from explore.comparison.methods.newton_compiled import CompiledNewton
 from explore.comparison.methods.ode import VelocityIntegration
 from explore.comparison.methods.runge_kutta import RungeKutta4
-from explore.comparison.methods.slider_crank_loop import SLIDER_CRANK
 from explore.comparison.methods.textbook import TextbookArccos
-from explore.comparison.methods.variable_crank_loop import VARIABLE_CRANK
-from explore.comparison.methods.vector_loop import VectorLoop
 
 _NEWTON_TOLERANCES = (1e-2, 1e-4, 1e-8, 1e-12)
 #: Settings of every method from coarse to fine, by name; empty for a peer that is not installed.
@@ -39,24 +36,16 @@ METHODS: dict[str, tuple[Method, ...]] = {
 }
 
 
-#: Loops that the methods solve, by the name of their mechanism.
-LOOPS = {loop.name: loop for loop in (FOUR_BAR, SLIDER_CRANK, VARIABLE_CRANK)}
+def solves(method: Method, loop: Loop) -> bool:
+    """Whether a method solves a loop."""
+    if Capability.TWO_ANGLES in method.capabilities:
+        return loop.is_triangle and loop.turns and loop.n_angles == 2
+    return loop.is_triangle or Capability.TRIANGLE not in method.capabilities
 
 
-def methods_for(loop: VectorLoop) -> dict[str, tuple[Method, ...]]:
+def methods_for(loop: Loop) -> dict[str, tuple[Method, ...]]:
     """The methods that solve a loop, by name."""
-    return {
-        name: settings
-        for name, settings in METHODS.items()
-        if loop is FOUR_BAR or (settings and Capability.FOUR_BAR_ONLY not in settings[0].capabilities)
-    }
-
-
-def find_loop(mechanism: str) -> VectorLoop:
-    """The loop of a mechanism; `RequestError` if the methods know none."""
-    if mechanism not in LOOPS:
-        raise RequestError(f"{mechanism} has only the closed form; other methods solve {', '.join(LOOPS)}")
-    return LOOPS[mechanism]
+    return {name: settings for name, settings in METHODS.items() if all(solves(method, loop) for method in settings)}
 
 
 def find_method(name: str) -> Method:
@@ -74,8 +63,9 @@ def find_method(name: str) -> Method:
     return by_label[name]
 
 
-def check_method(method: Method, loop: VectorLoop) -> None:
-    """Raise `RequestError` if a method solves four-bar linkages only, and the loop is another."""
-    if Capability.FOUR_BAR_ONLY in method.capabilities and loop is not FOUR_BAR:
+def check_method(method: Method, loop: Loop) -> None:
+    """Raise `RequestError` if a method does not solve a loop."""
+    if not solves(method, loop):
+        kind = "two unknown angles" if Capability.TWO_ANGLES in method.capabilities else "two unknowns"
         others = ", ".join(methods_for(loop))
-        raise RequestError(f"method {method.name!r} solves four-bar linkages only; {loop.name} is solved by {others}")
+        raise RequestError(f"method {method.name!r} solves one loop with {kind}; {loop.name} is solved by {others}")

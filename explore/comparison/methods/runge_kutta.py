@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from explore.comparison.methods.closed_form import start_values
 from explore.comparison.methods.contract import Capability, Motion, Task
+from explore.comparison.methods.elimination import solve
 from explore.comparison.methods.loop_closure import mark_failures, project_onto_loop
-from explore.comparison.methods.vector_loop import VectorLoop
 from explore.model.quantities import FloatArray
 
 #: Excess over a whole number of steps, from rounding of the angles, that needs no further step.
@@ -28,8 +28,8 @@ class RungeKutta4:
     steps
         Fewest per turn; every crank angle of the task ends a step, so that there may be more.
     projected
-        Whether Newton's corrections close the loop after each step; otherwise a gap at the start stays constant. The
-        two loop equations determine both angles, so errors are then those of rounding.
+        Whether Newton's corrections close the loop after each step; otherwise a gap at the start stays constant. These
+        determine the unknowns, so errors are then those of rounding.
     gap_tolerance
         Largest gap of a closed loop, relative to the longest link. It is wide because SciPy's default tolerances
         leave gaps of 0.015 even far from the change point.
@@ -53,25 +53,22 @@ class RungeKutta4:
 
     def solve(self, task: Task) -> Motion:
         """Integrate all designs together from the first crank angle to the last, each with its own step."""
-        motion, loop = Motion.blank(task), task.loop
-        parameters, crank = np.ascontiguousarray(task.parameters.T), np.ascontiguousarray(task.crank_angle.T)
+        motion, loop, crank = Motion.blank(task), task.loop, np.ascontiguousarray(task.crank_angle.T)
         unknowns = np.ascontiguousarray(start_values(task).T)
-        solutions = np.empty((2, *task.crank_angle.shape))
+        solutions = np.empty((loop.count, *task.crank_angle.shape))
         with np.errstate(all="ignore"):  # values that are not finite become an outcome
             if self.projected:
-                unknowns, corrections = project_onto_loop(loop, parameters, crank[0], unknowns)
+                unknowns, corrections = project_onto_loop(loop, task.columns, crank[0], unknowns)
                 motion.evaluations[:] += corrections
             solutions[:, :, 0] = unknowns
             for j in range(1, len(crank)):
-                unknowns = self._advance(task, parameters, crank[j - 1 : j + 1], unknowns, motion)
+                unknowns = self._advance(task, crank[j - 1 : j + 1], unknowns, motion)
                 solutions[:, :, j] = unknowns
-        loop.fill_signals(motion.signals, parameters[:, :, None], task.crank_angle, *solutions)
+        loop.fill_signals(motion.signals, task.upright, task.crank_angle, solutions)
         mark_failures(task, motion, self.gap_tolerance)
         return motion
 
-    def _advance(
-        self, task: Task, parameters: FloatArray, crank: FloatArray, unknowns: FloatArray, motion: Motion
-    ) -> FloatArray:
+    def _advance(self, task: Task, crank: FloatArray, unknowns: FloatArray, motion: Motion) -> FloatArray:
         """Integrate from one crank angle of each design to its next, both in `crank`, shape (2, n)."""
         here, there = crank
         least = np.ceil((there - here) * (self.steps / (2.0 * np.pi)) - _STEP_ROUNDING)
@@ -80,20 +77,25 @@ class RungeKutta4:
         motion.iterations[:] += steps
         motion.evaluations[:] += 4 * steps
         for k in range(int(steps.max(initial=0))):
-            advanced = _step(task.loop, parameters, here + k * step, unknowns, step)
+            advanced = _step(task, here + k * step, unknowns, step)
             if self.projected:
-                advanced, corrections = project_onto_loop(task.loop, parameters, here + (k + 1) * step, advanced)
+                end = here + (k + 1) * step
+                advanced, corrections = project_onto_loop(task.loop, task.columns, end, advanced)
                 motion.evaluations[:] += np.where(k < steps, corrections, 0)
             unknowns = np.where(k < steps, advanced, unknowns)
         return unknowns
 
 
-def _step(
-    loop: VectorLoop, parameters: FloatArray, crank: FloatArray, unknowns: FloatArray, step: FloatArray
-) -> FloatArray:
+def _step(task: Task, crank: FloatArray, unknowns: FloatArray, step: FloatArray) -> FloatArray:
     half = 0.5 * step
-    k1 = np.stack(loop.rates(parameters, crank, *unknowns))
-    k2 = np.stack(loop.rates(parameters, crank + half, *(unknowns + half * k1)))
-    k3 = np.stack(loop.rates(parameters, crank + half, *(unknowns + half * k2)))
-    k4 = np.stack(loop.rates(parameters, crank + step, *(unknowns + step * k3)))
+    k1 = _rates(task, crank, unknowns)
+    k2 = _rates(task, crank + half, unknowns + half * k1)
+    k3 = _rates(task, crank + half, unknowns + half * k2)
+    k4 = _rates(task, crank + step, unknowns + step * k3)
     return np.asarray(unknowns + step / 6.0 * (k1 + 2.0 * (k2 + k3) + k4))
+
+
+def _rates(task: Task, crank: FloatArray, unknowns: FloatArray) -> FloatArray:
+    given = task.loop.given(task.columns, crank, np)
+    about = task.loop.linearise(task.numbers, crank, unknowns, given)
+    return np.stack(solve(about.columns, about.rate_terms(given))[0])

@@ -28,10 +28,10 @@ _RULES = {
 _OTHER_RULE = LineStyle(BROWN, "h")
 #: Heading of each column of panels by error and window.
 _COLUMNS = {
-    ("rocker_angle_variance_error", "drive"): "variance of the rocker angle\nover the stroke",
-    ("rocker_velocity_cv_error", "drive"): "cv of the rocker velocity\nover the stroke",
-    ("rocker_acceleration_variance_error", "cycle"): "variance of the rocker\nacceleration over the turn",
-    ("rocker_acceleration_extremes_error", "cycle"): "extremes of the rocker\nacceleration over the turn",
+    ("position_variance_error", "drive"): "variance of the position\nover the stroke",
+    ("velocity_cv_error", "drive"): "cv of the velocity\nover the stroke",
+    ("acceleration_variance_error", "cycle"): "variance of the\nacceleration over the turn",
+    ("acceleration_extremes_error", "cycle"): "extremes of the\nacceleration over the turn",
 }
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from explore.mechanisms import four_bar, four_bar_drawing, four_bar_integrals, rocking
 from explore.mechanisms.crank_rocker import extended, kernel
 from explore.mechanisms.crank_rocker.columns import ExtendedRow, Row
+from explore.mechanisms.crank_rocker.loop import LOOP
 from explore.mechanisms.crank_rocker.second_differences import SECOND_DIFFERENCES
 from explore.mechanisms.four_bar_exact import exact_four_bar
 from explore.mechanisms.four_bar_forces import LOADED_SIGNAL_ROWS, Load
@@ -198,6 +199,7 @@ _EXTENDED = Mechanism(
     integrals=four_bar_integrals.integrals,
     integrated_rows=four_bar_integrals.ROWS,
     loop_lengths=("crank", "coupler", "rocker", "ground"),
+    loop=LOOP,
     statuses=rocking.STATUSES,
     drawing=four_bar_drawing.DRAWING,
     floating_link=FloatingLink("coupler", "the crank's pin", "crank joint", "coupler_angle", kernels=with_points),

@@ -8,13 +8,13 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from explore.mechanisms.linkages.declared import add_points
 from explore.mechanisms.linkages.table import LinkageTable
 from explore.mechanisms.targets.function_errors.metrics import declare_functions
 from explore.mechanisms.targets.path_errors.metrics import declare_paths
 from explore.mechanisms.targets.pose_errors.metrics import declare_poses
-from explore.model.declaration import INTERVAL_ROWS
 from explore.model.quantities import FloatArray
 from explore.model.status import Status
 from explore.model.targets import BODY_POSE, POSE, TargetKind
@@ -62,23 +62,32 @@ class TableMotion:
 
     def shapes(self, inputs: FloatArray) -> FloatArray:
         """The constants of designs, (n, k), from their parameters, (n, p)."""
-        from explore.base.lanes.designs import close_all  # imports Numba, needed only here
-        from explore.mechanisms.linkages.metrics import CLOSED_METRICS
-
-        kernel = _kernel(self.table, self.point, self.link)
-        parameters = np.ascontiguousarray(inputs[:, : len(self.table.parameters)].T)
-        first, count = kernel.n_constants + 1, len(inputs)
-        rows = first + len(parameters) + len(INTERVAL_ROWS) + len(CLOSED_METRICS)
-        constants, status = np.empty((kernel.n_constants, count)), np.empty(count, np.int8)
-        close_all(
-            kernel.close, parameters, rows, first, rows, kernel.n_constants, constants, np.empty((0, count)), status
-        )
+        inputs_of_table = inputs[:, : len(self.table.parameters)]
+        constants, status = close_table(_kernel(self.table, self.point, self.link), inputs_of_table)
         shapes = np.ascontiguousarray(constants.T)
         if self.turns:
             shapes[~np.isfinite(inputs).all(axis=1), 0] = np.nan
         elif self.needs_turn:
             shapes[status != Status.OK, 0] = np.nan
         return shapes
+
+
+def close_table(
+    kernel: Kernel, inputs: FloatArray, interval: tuple[float, float] = (0.0, 0.0)
+) -> tuple[FloatArray, npt.NDArray[np.int8]]:
+    """Constants (k, n) and status of designs from the parameters of their table, (n, p).
+
+    `interval` is the start and the length of the crank angles, rad, a length of 0 for the turn.
+    """
+    from explore.base.lanes.designs import close_all  # imports Numba, needed only here
+    from explore.mechanisms.linkages.metrics import CLOSED_METRICS
+
+    first, count = kernel.n_constants + 1, len(inputs)
+    parameters = np.vstack([inputs.T, np.repeat(np.array(interval)[:, None], count, axis=1)])
+    rows = first + len(parameters) + len(CLOSED_METRICS)
+    constants, status = np.empty((kernel.n_constants, count)), np.empty(count, np.int8)
+    close_all(kernel.close, parameters, rows, first, rows, kernel.n_constants, constants, np.empty((0, count)), status)
+    return constants, status
 
 
 @lru_cache(_MOST_KEPT)

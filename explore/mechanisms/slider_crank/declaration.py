@@ -11,6 +11,7 @@ from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
 from explore.mechanisms.slider_crank.exact import exact_slider_crank
+from explore.mechanisms.slider_crank.loop import LOOP
 from explore.mechanisms.slider_crank.table import TABLE
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
@@ -189,6 +190,7 @@ _EXTENDED = Mechanism(
     close=extended.close,
     fill=extended.fill,
     loop_lengths=("crank", "rod", "offset"),
+    loop=LOOP,
     statuses=kernel.STATUSES,
     drawing=_DRAWING,
     floating_link=FloatingLink("rod", "the crank's pin", "crank pin", "rod_angle", kernels=with_points),

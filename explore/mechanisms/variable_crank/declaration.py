@@ -6,6 +6,7 @@ from explore.mechanisms.load_metrics import WORK_FORMULAS, largest
 from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.variable_crank import columns, fixed_crank, kernel, motion
 from explore.mechanisms.variable_crank.columns import Row
+from explore.mechanisms.variable_crank.loop import LOOP
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
 from explore.model.points import Extent, FloatingLink
@@ -190,6 +191,7 @@ VARIABLE_CRANK = Mechanism(
     fill=motion.fill,
     default_window="cycle",
     floating_link=FloatingLink("rod", "the crank's pin", "pin", "rod_angle", columns.FIRST_POINT, columns.POINTS, 0),
+    loop=LOOP,
     statuses=kernel.STATUSES,
     drawing=_DRAWING,
     panels=(

@@ -12,6 +12,7 @@ from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value
 from explore.base.units.shown import ShownUnits, explain_entry
 from explore.evaluation.derived import unavailable_metrics
+from explore.mechanisms.entry_points import DEFAULT_MECHANISM
 from explore.model.mechanism import Mechanism
 from explore.model.request import Objective, Request
 from explore.model.window import Window
@@ -159,7 +160,7 @@ def _not_noted(entries: Mapping[str, Any], problems: Problems) -> dict[str, Any]
 def _mechanism(study: StudyFile, linkage: Linkage | None, *, has_key: bool, problems: Problems) -> Mechanism | None:
     if study.mechanism is None:
         if not has_key:
-            name = "crank-rocker" if study.linkage is None else _BY_TABLE
+            name = DEFAULT_MECHANISM if study.linkage is None else _BY_TABLE
             problems.append((("mechanism",), f'is missing; begin the file with mechanism = "{name}"'))
         return None
     if study.mechanism == _BY_TABLE and linkage is None:

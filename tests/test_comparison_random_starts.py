@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from scipy import optimize
 
-from explore.comparison.gear_starts import (
+from explore.comparison.random_starts import (
     GROWTH,
     OUTCOMES,
     SECTOR,

@@ -22,10 +22,14 @@ from explore.mechanisms.gears.declaration import GEARS
 from explore.model.quantities import FloatArray
 from explore.studies.request.requests import make_request
 
+#: Name of the mechanism with this law.
+MECHANISM = GEARS.name
 #: Growth of the published pair, 1/rad.
 GROWTH = 1.5
 #: Sector of the published pair, rad.
 SECTOR = 4.2
+#: Title of the table of outcomes.
+TITLE = f"fsolve on the five equations of gears of growth {GROWTH:g}, sector {SECTOR:g} rad"
 #: Number of starts.
 START_COUNT = 2000
 #: Box from which starts are drawn, k, C0, C1, C2, C3; it holds the constants of three branches.
