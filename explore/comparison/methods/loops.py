@@ -8,7 +8,7 @@ from explore.base.errors import RequestError
 from explore.comparison.methods.chains import find_chains
 from explore.comparison.methods.kernels import MechanismMotion, table_motion
 from explore.comparison.methods.loop import Loop
-from explore.mechanisms.linkages.table import LinkageTable
+from explore.mechanisms.linkages.table import PREFIX, LinkageTable
 from explore.mechanisms.loops import Columns, LoopDeclaration
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.mechanism import Mechanism
@@ -22,7 +22,7 @@ def find_loop(mechanism: Mechanism) -> Loop:
     """The loop of a mechanism; `RequestError` if the methods know none."""
     if mechanism.loop is not None:
         return _declared_loop(mechanism)
-    if isinstance(mechanism.table, LinkageTable):
+    if isinstance(mechanism.table, LinkageTable) and mechanism.name.startswith(PREFIX):
         return _loop_of_table(mechanism.table, mechanism.name)
     others = ", ".join(each.name for each in MECHANISMS.load_all()[0].values() if each.loop is not None)
     raise RequestError(f"{mechanism.name} has only the closed form; other methods solve {others}, and linkages")
