@@ -318,6 +318,14 @@ def test_expressions_of_negative_masses_are_no_numbers():
     assert row["drive_torque_max"] > 0.0
 
 
+@pytest.mark.parametrize("metric", ["drive_torque_rms", "drive_torque_std", "positive_work", "pin_force_peak"])
+def test_forces_whose_squares_overflow_are_no_numbers(metric):
+    """And nothing warns: the status tells it."""
+    linkage = with_loads(CASES["crank-shaper"], {"forces": {"S": [-1e250, 0]}})
+    row = explore.evaluate(linkage, values_of(CASES["crank-shaper"]), metrics=[metric], window="cycle").iloc[0]
+    assert row["status"] == Status.NOT_FINITE
+
+
 def test_a_spring_on_a_link_that_turns_fully_has_no_number():
     case = CASES["whitworth"]
     spring = {"between": "arm", "rate": 1, "rest": 0}

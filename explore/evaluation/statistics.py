@@ -64,7 +64,7 @@ def moment_statistic(statistic: str, mean: FloatArray, variance: FloatArray, tol
         case "std":
             return np.asarray(np.sqrt(variance))
         case "rms":
-            return np.asarray(np.sqrt(mean * mean + variance))
+            return _root_mean_square(mean, variance)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         ratio = mean * mean
         np.divide(variance, ratio, out=ratio)
@@ -72,6 +72,11 @@ def moment_statistic(statistic: str, mean: FloatArray, variance: FloatArray, tol
         is_defined = ratio <= (1e3 * tolerance) ** -2 - 1.0
         result = np.sqrt(ratio, out=ratio)
     return result if is_defined.all() else np.where(is_defined, result, np.nan)
+
+
+def _root_mean_square(mean: FloatArray, variance: FloatArray) -> FloatArray:
+    with np.errstate(over="ignore"):  # what is not finite has a status
+        return np.asarray(np.sqrt(mean * mean + variance))
 
 
 def _magnitude_statistic(statistic: str, statistics: FloatArray, slots: Indices) -> FloatArray:
@@ -95,7 +100,7 @@ def error_of(metric: SampledMetric, statistics: FloatArray, slots: Indices, valu
     factor = unit_factor(metric.signal)
     if metric.signal.is_magnitude or metric.statistic == "cv":
         return np.asarray(bound * np.abs(value))
-    rms = np.sqrt(mean * mean + variance)
+    rms = _root_mean_square(mean, variance)
     if metric.statistic == "variance":
         return np.asarray(bound * (rms * factor) ** 2)
     # The scale is the largest magnitude of the signal, which is at least the rms and at least this value.

@@ -30,8 +30,6 @@ PLACE_ROWS = ("PLACES", *(f"PLACES_{k}" for k in range(1, PLACES_SIZE)))
 X, Y, VELOCITY_X, VELOCITY_Y, VELOCITY_SQUARE, ACCELERATION_X, ACCELERATION_Y, ACCELERATION_SQUARE, CURVATURE = range(9)
 POSITION_TERMS, VELOCITY_TERMS, ACCELERATION_TERMS, CURVATURE_TERMS = range(9, 13)
 POINT_ROWS = 13
-#: Bits of the rates of all points, over the first bit of points.
-RATES = sum(2 << 2 * number for number in range(MOST_POINTS))
 
 
 @dataclass(frozen=True)
