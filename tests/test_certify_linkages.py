@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from flint import arb, ctx
-from linkage_cases import CASES, FOUR_BAR, evaluate_graph, linkage_of, scattered, values_of
+from linkage_cases import CASES, FOUR_BAR, evaluate_graph, linkage_of, scattered, values_of, with_loads
 
 import explore
 from explore import Linkage
@@ -262,3 +262,12 @@ def test_means_of_a_function_with_an_antiderivative():
             turn_means(lambda angle: 1 / (1 - angle.cos()), "too close")
         with pytest.raises(UnprovedError, match="too close"):
             arc_means(lambda angle: 1 / (1 - angle.cos()), start, stop, "too close")
+
+
+def test_what_jumps_with_friction_is_open_and_said_in_words():
+    linkage = with_loads(CASES["crank-shaper"], {"forces": {"S": [-40, 0]}, "friction": {"ram": 0.1}})
+    metrics = ["drive_torque_rms"]
+    rows = rows_of(linkage, values_of(CASES["crank-shaper"]), metrics, window="cycle")
+    (proof,) = proofs_of(linkage_mechanism(linkage.table), rows, metrics, window="cycle")
+    reason = "what jumps where a motion turns back cannot be certified: no enclosure is implemented"
+    assert proof == ("open", reason)

@@ -14,7 +14,7 @@ from flint import acb, arb, arb_series
 
 from explore.analysis.certifying.balls import UnprovedError
 from explore.analysis.certifying.functions import BINARY, UNARY
-from explore.mechanisms.linkages.graph import ANGLE, COSINE, SINE, VERSINES, Graph, Number, operands
+from explore.mechanisms.linkages.graph import ANGLE, COSINE, SENSES, SINE, VERSINES, Graph, Number, operands
 
 #: Number of coefficients of power series.
 TERMS = 5
@@ -151,7 +151,8 @@ class Program:
             return f" {_SYMBOLS[operation]} ".join(names)
         if operation in _FUNCTIONS or (self.graph.levels[k] < ANGLE and operation in _FORMULA_NAMES):
             return f"{operation}({', '.join(names)})"
-        raise UnprovedError(f"{operation} cannot be certified: no enclosure is implemented")
+        what = "what jumps where a motion turns back" if operation in SENSES else operation
+        raise UnprovedError(f"{what} cannot be certified: no enclosure is implemented")
 
 
 def _written(arguments: Sequence[str], lines: list[str], results: list[str]) -> Callable[..., Any]:
