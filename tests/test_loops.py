@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from few_methods import only
 from loop_cases import designs_of_linkage, largest_gap
 
 from explore.base.errors import RequestError
@@ -15,8 +16,12 @@ from explore.comparison.methods.newton_compiled import CompiledNewton
 from explore.comparison.methods.registry import methods_for
 from explore.comparison.methods.runge_kutta import RungeKutta4
 from explore.comparison.reference import exact_motion
-from explore.comparison.verdicts import signal_errors
+from explore.comparison.reference_statistics import exact_statistics
+from explore.comparison.stability import map_stability, stability_case
+from explore.comparison.verdicts import Verdict, signal_errors
+from explore.evaluation.evaluate import evaluate_columns
 from explore.studies.config.study_file import linkage_starters
+from explore.studies.request.requests import make_request
 
 #: Linkages of each kind of joint, drive and number of chains.
 FEW = ("crank-shaper", "cylinder-boom", "elliptic-trammel", "jansen", "scotch-yoke", "watt-2", "whitworth")
@@ -99,8 +104,36 @@ def test_a_design_without_a_motion_has_no_limit():
         find_limit(task.loop, design)
 
 
+def test_the_map_of_a_table_shows_where_newton_fails_and_that_blocked_designs_are_rejected():
+    designs, task = designs_of_linkage("watt-2"), motion_of("watt-2", 2)
+    with only("closed-form", "newton-compiled"):
+        case = stability_case(designs.mechanism, task.loop.columns(task.parameters[0]))
+        rows = map_stability(case, 1e-6)
+    settings = ("closed-form", "newton-compiled(tolerance=1e-12)")
+    finest = [row for row in rows if row["angles"] == 72 and row["setting"] in settings]
+    # at the limit itself the gap of the loops is within Newton's tolerance
+    rejects = [
+        row for row in finest if row["margin"] < 0.0 or (row["margin"] == 0.0 and row["method"] == "closed-form")
+    ]
+    assert {row["verdict"] for row in rejects} == {Verdict.REJECTED.label}
+    near = {row["method"]: row["verdict"] for row in finest if row["margin"] == case.margin[case.margin > 0.0].min()}
+    assert near["newton-compiled"] != Verdict.ACCURATE.label
+    accurate = [row["margin"] for row in finest if row["method"] == "closed-form" and row["verdict"] == "accurate"]
+    assert min(accurate) < 1e-11
+
+
 def test_methods_of_a_triangle_are_those_of_a_four_bar_wherever_it_is():
     """pump-jack is a four-bar with its ground line at an angle; a shaper has two chains."""
     assert {"textbook", "circles"} <= methods_for(designs_of_linkage("pump-jack").loop).keys()
     assert not {"textbook", "circles"} & methods_for(designs_of_linkage("crank-shaper").loop).keys()
     assert "textbook" not in methods_for(designs_of_linkage("scotch-yoke").loop)
+
+
+def test_exact_statistics_of_a_table_are_those_of_the_quadrature():
+    designs = designs_of_linkage("crank-shaper").part(np.arange(1))
+    statistics = exact_statistics(designs, "drive")[:, :, 0]
+    names = [f"ram_velocity_{statistic}" for statistic in ("mean", "variance", "cv", "min", "max")]
+    request = make_request(designs.mechanism, metrics=names, window="drive", drive="slow", tolerance=1e-11)
+    columns = evaluate_columns(request, {**designs.columns, "speed": np.ones(1)}).columns
+    # the tolerance, of the mean relative to the root mean square
+    assert [columns[name][0] for name in names] == pytest.approx(statistics[1], rel=3e-11)

@@ -117,7 +117,7 @@ class ExactDesign:
             about = self._about(angle, unknowns, given)
             step, _ = solve(about.columns, about.gap)
             unknowns = [value - change for value, change in zip(unknowns, step, strict=True)]
-            if all(abs(change) <= most for change, most in zip(step, last, strict=True)):
+            if not any(abs(change) > most for change, most in zip(step, last, strict=True)):  # small, or NaN
                 return unknowns, self._about(angle, unknowns, given)
         return [multiple_precision().nan] * self.loop.count, about
 

@@ -108,11 +108,11 @@ class _Output:
             start, length, whole, depth = waiting.pop()
             halves = [self._panel(start + k * length / 2, length / 2) for k in range(2)]
             sums = zip(halves[0][3], halves[1][3], whole[3], scales, strict=True)
-            is_exact = all(abs(a + b - c) <= _TOLERANCE * scale for a, b, c, scale in sums)
-            if is_exact or depth == _MOST_HALVINGS:
-                taken += halves
-            else:
+            differs = any(abs(a + b - c) > _TOLERANCE * scale for a, b, c, scale in sums)  # not where they are NaN
+            if differs and depth < _MOST_HALVINGS:
                 waiting += [(start + k * length / 2, length / 2, halves[k], depth + 1) for k in range(2)]
+            else:
+                taken += halves
         taken.sort(key=lambda panel: panel[0][0])
         ends = self.values([low, high])
         angles = [low, *(angle for panel in taken for angle in panel[0]), high]

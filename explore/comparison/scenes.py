@@ -57,7 +57,7 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
 
 def designs_of(study: Study, path: str | os.PathLike[str], chosen: npt.NDArray[np.int64]) -> Designs:
     """Some of the designs of a study; `ConfigError` if only the closed form solves its mechanism."""
-    mechanism = study.request.mechanism
+    mechanism = study.request.mechanism.for_signals((), needs_stroke=True)
     try:
         loop = find_loop(mechanism)
     except RequestError as error:
