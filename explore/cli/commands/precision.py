@@ -49,16 +49,17 @@ def _compare_precision(names: Sequence[str], folder: Path, *, as_json: bool) -> 
     """Compare methods and averaging rules on scenes, write tables and charts, and print a summary."""
     from explore.comparison.averaging_rules import AVERAGING_RULES
     from explore.comparison.method_precision import compare_methods, measure_level_costs
-    from explore.comparison.methods.registry import METHODS, methods_for
+    from explore.comparison.methods.registry import methods_for
     from explore.comparison.rule_precision import compare_rules
     from explore.comparison.timing import describe_machine
 
     announce_compiling()
     scenes = _load_scenes(names)
     tables: dict[str, Rows] = {"motions": [], "averages": [], "levels": []}
-    say_missing_peers(METHODS)
+    methods = [methods_for(scene.designs.loop) for scene in scenes]
+    say_missing_peers({name: settings for each in methods for name, settings in each.items()})
     n_rules = sum(map(len, AVERAGING_RULES.values()))
-    n_steps = [sum(map(len, methods_for(scene.designs.loop).values())) + n_rules for scene in scenes]
+    n_steps = [sum(map(len, each.values())) + n_rules for each in methods]
     with atomic_files(folder) as place:
         with progress_bar("comparing", sum(n_steps)) as step:
             for scene in scenes:

@@ -15,6 +15,8 @@ from explore.comparison.methods.runge_kutta import RungeKutta4
 from explore.comparison.methods.textbook import TextbookArccos
 
 _NEWTON_TOLERANCES = (1e-2, 1e-4, 1e-8, 1e-12)
+#: Settings of methods of other packages, which may not be installed, by name.
+_PEERS: dict[str, tuple[Method, ...]] = {"pylinkage": (PylinkageDyads(),)}
 #: Settings of every method from coarse to fine, by name; empty for a peer that is not installed.
 METHODS: dict[str, tuple[Method, ...]] = {
     "closed-form": (ClosedForm(),),
@@ -23,7 +25,7 @@ METHODS: dict[str, tuple[Method, ...]] = {
     "newton": tuple(map(Newton, _NEWTON_TOLERANCES)),
     "newton-unchecked": tuple(Newton(tolerance, check_branch=False) for tolerance in _NEWTON_TOLERANCES),
     "newton-compiled": tuple(map(CompiledNewton, _NEWTON_TOLERANCES)),
-    "pylinkage": (PylinkageDyads(),) if is_pylinkage_installed() else (),
+    "pylinkage": _PEERS["pylinkage"] if is_pylinkage_installed() else (),
     "fsolve": tuple(map(Fsolve, (1e-4, 1e-6, 1.49012e-8, 1e-10))),
     "rk4": tuple(map(RungeKutta4, (36, 72, 180, 360, 1440))),
     "rk4-projected": tuple(RungeKutta4(steps, projected=True) for steps in (36, 360)),
@@ -44,8 +46,12 @@ def solves(method: Method, loop: Loop) -> bool:
 
 
 def methods_for(loop: Loop) -> dict[str, tuple[Method, ...]]:
-    """The methods that solve a loop, by name."""
-    return {name: settings for name, settings in METHODS.items() if all(solves(method, loop) for method in settings)}
+    """The methods that solve a loop, by name; without settings if they are not installed."""
+    return {
+        name: settings
+        for name, settings in METHODS.items()
+        if all(solves(method, loop) for method in settings or _PEERS[name])
+    }
 
 
 def find_method(name: str) -> Method:
