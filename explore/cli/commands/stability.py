@@ -67,7 +67,7 @@ def stability(
         tables = {"map": rows, "safe": safe_margins(rows), "turn": trace_turn(case)}
         if case.smooth is not None:
             tables["orders"] = measure_orders(case.loop, case.smooth)
-        _write(place, case, tables, accuracy)
+        _write(place, Path(mechanism).stem, case, tables, accuracy)
     if as_json:
         print_json(tables)
     else:
@@ -101,14 +101,14 @@ def _solve_from_starts(folder: Path, accuracy: float, *, as_json: bool) -> None:
     say(f"tables and charts are in {folder}: starts.csv, counts.csv, starts.png, starts.svg")
 
 
-def _write(folder: Path, case: StabilityCase, tables: dict[str, Rows], accuracy: float) -> None:
+def _write(folder: Path, name: str, case: StabilityCase, tables: dict[str, Rows], accuracy: float) -> None:
     import pandas as pd
 
     from explore.comparison.stability import TRACED_DESIGN
     from explore.figures.charts.stability import stability_chart, turn_chart
 
-    frames = {name: pd.DataFrame(rows) for name, rows in tables.items()}
-    title = f"{case.loop.name}, methods at their finest setting; {case.distance}: {case.margin[TRACED_DESIGN]:.1g}"
+    frames = {table: pd.DataFrame(rows) for table, rows in tables.items()}
+    title = f"{name}, methods at their finest setting; {case.distance}: {case.margin[TRACED_DESIGN]:.1g}"
     charts = {
         "map": stability_chart(frames["map"], accuracy, case.distance, case.beyond),
         "turn": turn_chart(frames["turn"], [math.degrees(angle) for angle in case.singular_angles], title),

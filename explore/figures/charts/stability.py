@@ -177,7 +177,8 @@ def turn_chart(rows: pd.DataFrame, singular_angles: Sequence[float], title: str)
     panel = figure.subplots()
     for angle in singular_angles:
         panel.axvline(angle, color=style.MUTED, lw=5, alpha=0.35)
-        panel.text(angle, _TOP_ERROR, f" {angle:.2f}°", va="top", fontsize=8, color=style.INK)
+        top = panel.get_xaxis_transform()
+        panel.text(angle, 0.99, f" {angle:.2f}°", transform=top, va="top", fontsize=8, color=style.INK)
     for name, line in rows.groupby("method", sort=False):
         look = style.line_style(str(name))
         errors = line["error"].clip(_SMALLEST_ERROR, _TOP_ERROR)
@@ -189,7 +190,7 @@ def turn_chart(rows: pd.DataFrame, singular_angles: Sequence[float], title: str)
     panel.set_yscale("log")
     panel.set_xlabel("crank angle [deg]; a cross is where a method fails and says so")
     panel.set_ylabel("error of positions and velocities")
-    panel.set_title(title, fontsize=10, loc="left")
+    panel.set_title(textwrap.fill(title, _LABEL_WIDTH), fontsize=10, loc="left")
     figure.legend(loc="outside right upper", frameon=False, fontsize=7.5)
     return figure
 
