@@ -5,12 +5,14 @@ import pytest
 from few_methods import only
 from loop_cases import designs_of_linkage, largest_gap
 
+from explore import Linkage
 from explore.base.errors import RequestError
 from explore.comparison.limits import designs_towards, find_limit
 from explore.comparison.methods.closed_form import ClosedForm, find_sides, geometric_outcome
 from explore.comparison.methods.contract import Level, Outcome, Task
 from explore.comparison.methods.elimination import solve
 from explore.comparison.methods.loop import whole_motion
+from explore.comparison.methods.loops import find_loop
 from explore.comparison.methods.newton import Newton
 from explore.comparison.methods.newton_compiled import CompiledNewton
 from explore.comparison.methods.registry import methods_for
@@ -18,8 +20,9 @@ from explore.comparison.methods.runge_kutta import RungeKutta4
 from explore.comparison.reference import exact_motion
 from explore.comparison.reference_statistics import exact_statistics
 from explore.comparison.stability import map_stability, stability_case
-from explore.comparison.verdicts import Verdict, signal_errors
+from explore.comparison.verdicts import Verdict, judge, signal_errors
 from explore.evaluation.evaluate import evaluate_columns
+from explore.mechanisms.linkages.declaration import linkage_mechanism
 from explore.studies.config.study_file import linkage_starters
 from explore.studies.request.requests import make_request
 
@@ -137,3 +140,19 @@ def test_exact_statistics_of_a_table_are_those_of_the_quadrature():
     columns = evaluate_columns(request, {**designs.columns, "speed": np.ones(1)}).columns
     # the tolerance, of the mean relative to the root mean square
     assert [columns[name][0] for name in names] == pytest.approx(statistics[1], rel=3e-11)
+
+
+@pytest.mark.parametrize("line", [[1, 0], [3, 2]])
+def test_a_link_that_does_not_turn_is_accurate(line):
+    """A ram with two pins in one line, whose rates are 0."""
+    content = {
+        "driver": "crank", "frame": {"O": [0, 0]},
+        "links": {"crank": {"O": 0, "A": "r"}, "rod": {"A": 0, "B": "l"}, "ram": {"B": 0, "C": "w"}},
+        "slots": {name: {"pin": pin, "link": "frame", "along": ["O", line]} for name, pin in (("g", "B"), ("h", "C"))},
+        "branch": {"B": "far", "C": "far"},
+    }  # fmt: skip
+    loop = find_loop(linkage_mechanism(Linkage(content).table))
+    design = {"r": 30.0, "l": 100.0, "w": 40.0}
+    task = Task(loop, np.array([[design[name] for name in loop.parameters]]), np.linspace(0.2, 6.0, 9)[None])
+    judgement = judge(task, Newton(1e-13).solve(task), exact_motion(task), 1e-11)
+    assert judgement.verdict.tolist() == [Verdict.ACCURATE]

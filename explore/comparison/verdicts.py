@@ -48,6 +48,8 @@ _LABELS = {
 }
 #: Verdicts on a wrong motion that the method reports as OK.
 SILENTLY_WRONG = (Verdict.UNREPORTED_NAN, Verdict.FALSE_SUCCESS, Verdict.WRONG_BRANCH)
+#: Largest rate of an exact motion that is the rounding of 0, in the norm of positions.
+_NOTHING = 1e-40
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,8 @@ class Judgement:
     """Verdict and errors of every design.
 
     The errors over the crank angles, (level, n), of positions (angles in rad, lengths over the longest link),
-    velocities and accelerations (relative to the largest absolute value of the signal in the exact motion), are the
-    largest of all unknowns; NaN without exact motion.
+    velocities and accelerations (relative to the largest absolute value of the signal in the exact motion, or as
+    positions where it is always 0), are the largest of all unknowns; NaN without exact motion.
     """
 
     verdict: npt.NDArray[np.int8]
@@ -91,7 +93,8 @@ def signal_errors(task: Task, signals: FloatArray, exact: FloatArray) -> FloatAr
     difference[:angles] = np.remainder(difference[:angles] + np.pi, 2.0 * np.pi) - np.pi
     difference[angles:m] /= task.size[:, None]
     peak = np.abs(exact[m : len(signals)]).max(axis=-1, keepdims=True)
-    difference[m:] /= np.where(peak > 0.0, peak, np.nan)
+    scale = np.tile(np.stack(task.loop.scales(task.columns)), (len(peak) // m, 1))[:, :, None]
+    difference[m:] /= np.where(peak <= _NOTHING * scale, scale, peak)
     return np.abs(difference)
 
 
