@@ -68,3 +68,29 @@ def test_a_comment_says_what_one_constant_is():
     ]
 
     assert not problems, "\n".join(problems)
+
+
+#: Packages that serve any mechanism.
+GENERIC = (
+    "base", "model", "evaluation", "results", "studies", "running", "analysis", "comparison", "figures", "service",
+    "cli", "testing",
+)  # fmt: skip
+#: Names of mechanisms that these packages do not contain.
+MECHANISM_NAME = re.compile(r"(crank[_-]rocker|slider[_-]crank|variable[_-]crank|test-rig)", re.IGNORECASE)
+#: Files that name a mechanism, with the reason.
+NAMING = {
+    "analysis/covering.py": "the swing that exchangeable cranks cover, a closed form of crank-rockers",
+    "cli/application.py": "examples of the help",
+    "cli/commands/atlas.py": "the atlas is of crank-rockers",
+    "evaluation/quadrature/tails.py": "the designs that a constant was measured on",
+    "figures/charts/ratio.py": "the chart of the published study, of crank-rockers",
+    "service/folder.py": "an example in a message",
+    "studies/config/study.py": "an example in a docstring",
+}
+
+
+def test_generic_packages_name_no_mechanism():
+    paths = (path for package in GENERIC for path in (ROOT / "explore" / package).rglob("*.py"))
+    named = {path for path in paths if MECHANISM_NAME.search(path.read_text(encoding="utf-8"))}
+
+    assert {path.relative_to(ROOT / "explore").as_posix() for path in named} == NAMING.keys()
