@@ -28,8 +28,8 @@ SHIFTED = replace(CRANK_ROCKER, anchor_angle=ANCHOR, extended=replace(CRANK_ROCK
 
 def test_a_motion_shifts_with_the_anchor():
     angles = np.linspace(-360.0, 720.0, 41)
-    plain, _ = motion_signals(CRANK_ROCKER, COLUMNS, angles, "closed-form", 1e-9)
-    shifted, _ = motion_signals(SHIFTED, COLUMNS, angles + SHIFT, "closed-form", 1e-9)
+    plain, *_ = motion_signals(CRANK_ROCKER, COLUMNS, angles, "closed-form", 1e-9)
+    shifted, *_ = motion_signals(SHIFTED, COLUMNS, angles + SHIFT, "closed-form", 1e-9)
     for name, values in plain.items():
         assert shifted[name] == pytest.approx(values, rel=1e-15), name
 
@@ -40,8 +40,8 @@ def test_angles_beside_the_anchor_and_its_opposite_keep_their_digits(opposite):
     columns = {"crank": 100.0, "coupler": 300.0, "rocker": 300.0, "ground": 100.0 * (1.0 + 1e-12)}
     columns = {name: np.array([value]) for name, value in columns.items()}
     offsets = np.array([2.0**-k for k in (10, 20, 30, 40, 44)])
-    plain, _ = motion_signals(CRANK_ROCKER, columns, offsets + opposite, "closed-form", 1e-9)
-    shifted, _ = motion_signals(SHIFTED, columns, offsets + (opposite + SHIFT), "closed-form", 1e-9)
+    plain, *_ = motion_signals(CRANK_ROCKER, columns, offsets + opposite, "closed-form", 1e-9)
+    shifted, *_ = motion_signals(SHIFTED, columns, offsets + (opposite + SHIFT), "closed-form", 1e-9)
     for name, values in plain.items():
         assert shifted[name] == pytest.approx(values, rel=1e-15), name
 

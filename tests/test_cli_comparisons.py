@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 from command_line import call
@@ -187,6 +188,7 @@ def test_precision_of_mechanisms_with_a_slider(methods):
     assert (closed["acceleration_error_max"] < 2e-14).all()
     assert set(rows["method"]) == {name for name, settings in methods.items() if settings} - {"circles", "pylinkage"}
     assert set(pd.read_csv("tables/averages.csv")["scene"]) == {"slider_crank"}, "only that has two strokes"
+    assert "left out: averages of variable_crank: more than two loops, or no strokes" in err
 
 
 def test_stability_of_gears_counts_the_outcomes_of_random_starts(monkeypatch):
@@ -217,8 +219,23 @@ def test_simulate_by_an_inaccurate_method_warns_in_one_line():
     assert code == 0
     assert out.startswith("crank_angle,")
     assert err.startswith("warning: rk45(rtol=0.001) misses the tolerance 1e-09 for this design: its errors")
-    assert err.count("\n") == 1
-    assert call("simulate", *DESIGN, "--method", "newton")[2] == ""
+    left_out = "left out: output_velocity, which only the closed form has\n"
+    assert err.count("\n") == 2
+    assert err.endswith(left_out)
+    assert call("simulate", *DESIGN, "--method", "newton")[2] == left_out
+
+
+def test_simulate_of_a_table_by_another_method_says_what_is_left_out(folder):
+    call("init", "six.toml", "--linkage", "watt-2")
+    code, _, err = call("simulate", "six.toml", "--angles", "8", "--method", "newton", "-o", "newton.csv")
+    assert code == 0, err
+    assert "left out: A_x and 37 more, which only the closed form has\n" in err
+    _, _, err = call("simulate", "six.toml", "--angles", "8", "-o", "closed.csv")
+    assert "left out" not in err
+    newton, closed = (pd.read_csv(name) for name in ("newton.csv", "closed.csv"))
+    assert len(closed.columns) == len(newton.columns) + 38
+    # loops that are closed to 1e-12, times the condition of this linkage, far from singular
+    np.testing.assert_allclose(newton, closed[newton.columns], rtol=0, atol=1e-10 * np.abs(closed).max().max())
 
 
 def test_simulate_by_an_unknown_method():

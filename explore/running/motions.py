@@ -118,15 +118,16 @@ def motion_signals(
     method: str,
     tolerance: float,
     interval: Window | None = None,
-) -> tuple[Arrays, str]:
+) -> tuple[Arrays, str, tuple[str, ...]]:
     """Solve the motion of one design that makes a full turn, or moves over the interval, at angles (t,) in deg.
 
     Its parameters are of shape (1,), `method` and `tolerance` those of `explore.simulate`. The first result has the
     signals in declared units, each of shape (t,), except those that exist only behind clutches; and, where a kernel of
     their own fills them, those under load of a design without one, without the strokes they need, or whose status under
     load is that of no unique forces. By another method than the closed form those that follow from the unknowns of the
-    mechanism's loop. The second is the name and the setting of the method. A `RequestError` says that there is no such
-    method, that it does not solve the mechanism, or that it needs ascending crank angles.
+    mechanism's loop. The second is the name and the setting of the method, the third the names of the signals that only
+    the closed form has. A `RequestError` says that there is no such method, that it does not solve the mechanism, or
+    that it needs ascending crank angles.
     """
     if not 0.0 < tolerance < 1.0:
         raise RequestError(f"tolerance = {tolerance:g}; give a number between 0 and 1")
@@ -154,7 +155,8 @@ def motion_signals(
         if not signal.only_in and signal.row in rows:
             values = np.sqrt(rows[signal.row]) if signal.is_magnitude else rows[signal.row]
             signals[signal.name] = values * (np.rad2deg(1.0) if signal.unit == "deg" else speed**signal.speed_power)
-    return signals, method_label(solver)
+    left_out = [] if isinstance(solver, ClosedForm) else [s.name for s in filled if s.name not in signals]
+    return signals, method_label(solver), tuple(left_out)
 
 
 def _has_load(signal: Signal, inputs: dict[str, float]) -> bool:

@@ -277,8 +277,8 @@ def simulate(
         A `Linkage` whose crank does not turn fully has a motion at angles from the least to the greatest of which it
         assembles.
     method
-        The exact closed form, or a method to see its errors, such as "newton", "rk45" or "rk45(rtol=0.001)", for a
-        crank-rocker, a slider-crank or a variable crank; ``explore precision`` compares them.
+        The exact closed form, or a method to see its errors, such as "newton", "rk45" or "rk45(rtol=0.001)", for
+        mechanisms and linkages whose loops are known; ``explore precision`` compares them.
     tolerance
         Bound on the errors of angles (rad), of lengths over the longest link, and of velocities and accelerations
         relative to their largest. A method that misses it for this design warns with its measured errors.
@@ -289,8 +289,8 @@ def simulate(
         Index ``crank_angle``, or the name of another input angle (deg); one column for each signal in its declared
         unit, NaN where the method has no solution. Forces are left out where there are none: without a load, without
         strokes, or where friction can lock the slider; by another method also all that does not follow from the
-        mechanism's loop. ``attrs["units"]`` has the unit of each column, ``attrs["method"]`` the method with its
-        setting.
+        mechanism's loops, which ``attrs["left_out"]`` names. ``attrs["units"]`` has the unit of each column,
+        ``attrs["method"]`` the method with its setting.
 
     Raises
     ------
@@ -311,10 +311,10 @@ def simulate(
     if input_angle.ndim != 1 or len(input_angle) == 0 or not np.isfinite(input_angle).all():
         raise RequestError("angles must be a positive number of angles or a list of finite angles in degrees")
     interval = motion_interval(declared, columns, None if count is not None else input_angle)
-    signals, label = motion_signals(declared, columns, input_angle, method, tolerance, interval)
+    signals, label, left_out = motion_signals(declared, columns, input_angle, method, tolerance, interval)
     frame = pd.DataFrame(signals, index=pd.Index(input_angle, name=declared.input_angle.replace(" ", "_")))
     frame.attrs["units"] = {signal.name: signal.unit for signal in declared.signals if signal.name in frame}
-    frame.attrs["method"] = label
+    frame.attrs["method"], frame.attrs["left_out"] = label, left_out
     return frame
 
 

@@ -148,7 +148,7 @@ class Subject:
 
     def motion(self, design: int, input_angle: FloatArray) -> FloatArray:
         """The signals of one design at input angles in degrees, shape (s, t); NaN for signals it does not have."""
-        signals, _ = motion_signals(self.mechanism, self._one(design), input_angle, "closed-form", 1e-9)
+        signals, *_ = motion_signals(self.mechanism, self._one(design), input_angle, "closed-form", 1e-9)
         missing = np.full(len(input_angle), np.nan)
         return np.array([signals.get(signal.name, missing) for signal in self.signals])
 

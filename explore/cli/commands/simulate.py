@@ -43,7 +43,7 @@ def simulate(
     design: Annotated[int, typer.Option(min=0, help="The number of the design in the study.")] = 0,
     angles: Annotated[int, typer.Option(min=1, help="The number of equispaced input angles.")] = 360,
     method: Annotated[
-        str, typer.Option(help="Solver: closed-form, or newton, rk45 … of one loop, see `explore precision`.")
+        str, typer.Option(help="Solver: closed-form, or newton, rk45 … of its loops, see `explore precision`.")
     ] = "closed-form",
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="The file, CSV unless it ends in .json; by default stdout.")
@@ -83,6 +83,9 @@ def simulate(
         motion = simulate_motion(name, parameters, points=places, target=target, angles=angles, method=method)
     for warning in caught:
         say(f"warning: {warning.message}", "yellow")
+    if left_out := motion.attrs["left_out"]:
+        others = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""
+        say(f"left out: {left_out[0]}{others}, which only the closed form has", "yellow")
     scales = shown.scales(motion.attrs["units"])
     _write(with_units(in_units(motion, scales), scales), output, as_json=as_json)
 
