@@ -38,7 +38,7 @@ class Capability(Flag):
     ANY_ANGLE = auto()
     #: The step is that of the crank angles of the task; integrators choose their own.
     FOLLOWS_ANGLES = auto()
-    #: A change to another assembly is detected.
+    #: A change to another assembly is detected, unless two triangles change at once: the determinant keeps its sign.
     CHECKS_BRANCH = auto()
     #: The solver is that of another package.
     PEER = auto()
