@@ -10,6 +10,7 @@ from linkage_cases import CASES, FOUR_BAR, evaluate_graph, linkage_of, scattered
 
 import explore
 from explore import Linkage
+from explore.analysis.certifying import ball_programs
 from explore.analysis.certifying.ball_graph import trace
 from explore.analysis.certifying.balls import UnprovedError
 from explore.analysis.certifying.certification import certify_designs
@@ -271,3 +272,30 @@ def test_what_jumps_with_friction_is_open_and_said_in_words():
     (proof,) = proofs_of(linkage_mechanism(linkage.table), rows, metrics, window="cycle")
     reason = "what jumps where a motion turns back cannot be certified: no enclosure is implemented"
     assert proof == ("open", reason)
+
+
+def test_programs_have_no_name_of_a_table_in_their_text(monkeypatch):
+    texts, written = [], ball_programs._written
+
+    def noted(*parts):
+        texts.append(str(parts))
+        return written(*parts)
+
+    monkeypatch.setattr(ball_programs, "_written", noted)
+    linkage = Linkage(
+        {
+            "driver": "own_crank",
+            "frame": {"own_o": [0, 0]},
+            "links": {"own_crank": {"own_o": 0, "own_a": "own_r"}, "own_rod": {"own_a": 0, "own_b": "own_l * 2"}},
+            "slots": {"own_guide": {"pin": "own_b", "link": "frame", "along": ["own_o", [1, "own_e"]]}},
+            "branch": {"own_b": "far"},
+        }
+    )
+    designs, metrics = (
+        {"own_r": [20.0], "own_l": [40.0], "own_e": [0.1]},
+        ["own_guide_velocity_mean", "own_guide_velocity_max"],
+    )
+    rows = rows_of(linkage, designs, metrics, window="cycle")
+    assert proofs_of(linkage.mechanism, rows, metrics, window="cycle") == [("proved", "")]
+    assert texts
+    assert not any("own" in text for text in texts)

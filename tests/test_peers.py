@@ -1,49 +1,36 @@
-"""The peers of the benchmarks answer the question that they are timed on."""
+"""The peers of the benchmark of requests answer the questions that they are timed on."""
 
+import runpy
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import explore
 
-@pytest.fixture
-def peers(monkeypatch):
-    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "benchmarks")
-    import peers
-
-    monkeypatch.setattr(peers, "DESIGNS", peers.JAX_BLOCK)
-    monkeypatch.setattr(peers, "REPETITIONS", 1)
-    return peers
+BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 
 
 @pytest.fixture
-def designs(peers):
-    rng = np.random.default_rng(1)
-    return {name: rng.uniform(*bounds, peers.DESIGNS) for name, bounds in peers.RANGES.items()}
+def requests(monkeypatch):
+    monkeypatch.syspath_prepend(BENCHMARKS)
+    return runpy.run_path(str(BENCHMARKS / "requests.py"), run_name="benchmark")
 
 
-@pytest.mark.parametrize("window", ["cycle", "drive"])
-def test_numpy_and_explore_agree(peers, designs, window):
-    lengths = np.column_stack(list(designs.values()))
-    values, nodes = peers.by_explore(window, designs)
-    assert (nodes > 0).all()
-    # both are more accurate than the tolerance of 1e-9: 128 samples, and nodes for the worst of four signals
-    assert peers.worst_error(peers.by_numpy(window, 128, lengths), values) < 1e-10
-
-
-@pytest.mark.parametrize("window", ["cycle", "drive"])
-def test_jax_and_numpy_agree(peers, designs, window):
-    pytest.importorskip("jax")
-    lengths = np.column_stack(list(designs.values()))
-    by_jax = np.asarray(peers.jax_function(window, 32)(lengths))
-    # the squares of the mean and their difference cost a digit
-    assert peers.worst_error(by_jax, peers.by_numpy(window, 32, lengths)) < 1e-13
-
-
-def test_without_jax_one_line_says_so(peers, monkeypatch, capsys):
-    monkeypatch.setattr(peers, "find_spec", lambda name: None)
-    peers.main()
-    first, *table = capsys.readouterr().out.splitlines()
-    assert first == "JAX is left out: it is not installed; pip install '.[jax]'"
-    assert [line.split()[0] for line in table] == ["full", "explore", "NumPy", "slower", "explore", "NumPy"]
-    assert all(float(line.split()[2]) <= peers.TOLERANCE for line in table if line.split()[0] in {"explore", "NumPy"})
+@pytest.mark.parametrize("number", range(6))
+def test_peers_and_explore_agree(requests, number):
+    title, mechanism, ranges, question, peer = requests["COMPARED"][number]
+    designs, peers = requests["drawn"](ranges, 2048), requests["peers"]
+    source = mechanism() if callable(mechanism) else mechanism
+    arrays = explore.evaluate(source, designs, **{"window": "cycle", **question}, table=False)
+    values = np.array([arrays[name] for name in question["metrics"]])
+    parameters = np.array(list(designs.values()))
+    count = peers.MANY_FOR_PEAKS if peer.statistic == "peak" else peers.MANY
+    by_numpy = peers.by_numpy(peer, count, parameters)
+    # far more samples than are needed: only rounding and the tolerance of explore remain
+    assert peer.error(by_numpy, values) < 1e-9, title
+    for make in (peers.numba_function, peers.jax_function):
+        if make is peers.jax_function:
+            pytest.importorskip("jax")
+        # the squares of the mean and their difference cost a digit
+        assert peer.error(np.asarray(make(peer, 64)(parameters)), peers.by_numpy(peer, 64, parameters)) < 1e-12, title

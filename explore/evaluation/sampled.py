@@ -173,8 +173,6 @@ def _sample(
     result, excess = SampledStatistics.empty(len(status)), np.zeros(len(status))
 
     def run(designs: Indices, quadrature: Quadrature, corners: Collection[str]) -> None:
-        if not len(designs):
-            return
         sizes, loop_tables = _loop_arguments(request, metrics, quadrature, frozenset(corners))
         sample(
             mechanism.close, mechanism.fill, mechanism.disturbed_fill or mechanism.fill, sizes, loop_tables, parameters,
@@ -185,13 +183,16 @@ def _sample(
     adaptive, own = _adaptive(mechanism.quadrature), {name for metric in metrics for name in metric.signal.corners_at}
     cornered, added = _added_corners(mechanism, metrics, parameters)
     plain, cornered = active & ~cornered, active & cornered
-    run(np.flatnonzero(plain), quadrature, own)
+    run(np.flatnonzero(plain), quadrature, own)  # without designs too, which compiles
     is_known = quadrature != adaptive and "" not in added and not mechanism.senses
-    run(np.flatnonzero(cornered), _resolved(mechanism.quadrature) if is_known else adaptive, own | added)
+    if cornered.any():
+        run(np.flatnonzero(cornered), _resolved(mechanism.quadrature) if is_known else adaptive, own | added)
     doubtful = excess > LARGEST_EXCESS
     result.error[doubtful] = 0.0
-    run(np.flatnonzero(doubtful & plain), Adaptive() if isinstance(quadrature, Graded) else adaptive, own)
-    run(np.flatnonzero(doubtful & cornered), adaptive, own | added)
+    if (doubtful & plain).any():
+        run(np.flatnonzero(doubtful & plain), Adaptive() if isinstance(quadrature, Graded) else adaptive, own)
+    if (doubtful & cornered).any():
+        run(np.flatnonzero(doubtful & cornered), adaptive, own | added)
     result.evaluations = int(np.count_nonzero(active))
     status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
     status[active & ~np.isfinite(statistics).all(axis=0)] = Status.NOT_FINITE

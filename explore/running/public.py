@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import pickle
 import warnings
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, get_args, overload
 
@@ -226,26 +226,25 @@ def evaluate(
     import pandas as pd
 
     frame = pd.DataFrame(computed, index=designs.index if isinstance(designs, pd.DataFrame) else None)
-    frame.attrs.update(pickle.loads(_attributes(request, tuple(computed))))  # noqa: S301  (bytes of this process)
+    frame.attrs.update(deepcopy(_attributes(request, tuple(computed))))
     frame.attrs["kinematic_evaluations"] = evaluation.kinematic_evaluations
     return frame
 
 
 @remembered
-def _attributes(request: Request, names: tuple[str, ...]) -> bytes:
-    """Attributes of the table of a request with columns of these names, pickled: each table has its own."""
+def _attributes(request: Request, names: tuple[str, ...]) -> dict[str, object]:
+    """Attributes of the table of a request with columns of these names."""
     shown = [column for column in output_columns(request, names) if column.name in names]
     # As in a study without objectives: those of the mechanism that are computed.
     texts = [text for text in request.mechanism.objectives if text.partition(":")[0] in names]
     objectives = [make_objective(request, text) for text in texts]
-    attributes = {
+    return {
         "units": {column.name: column.unit for column in shown},
         "labels": {column.name: dict(column.labels) for column in shown if column.labels},
         "senses": {metric.name: metric.sense for metric in request.metrics},
         "objectives": [f"{objective.metric}:{objective.sense}" for objective in objectives],
         "constraints": {c.metric.name: {"min": c.minimum, "max": c.maximum} for c in request.constraints},
     }
-    return pickle.dumps(attributes)
 
 
 def simulate(

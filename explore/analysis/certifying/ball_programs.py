@@ -142,7 +142,7 @@ class Program:
         operation = str(node[0])
         if operation == "input":
             name = str(node[1])
-            return forms.get(name) or _OF_ANGLE.get(name, f"r{k}").format(side)
+            return forms.get(name, _OF_ANGLE[name]).format(side) if name in _OF_ANGLE else f"r{k}"
         if operation == "constant":
             return f"constant({node[1]!r}, {node[2]!r})"
         if operation in forms:
