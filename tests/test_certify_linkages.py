@@ -270,7 +270,7 @@ def test_what_jumps_with_friction_is_open_and_said_in_words():
     metrics = ["drive_torque_rms"]
     rows = rows_of(linkage, values_of(CASES["crank-shaper"]), metrics, window="cycle")
     (proof,) = proofs_of(linkage_mechanism(linkage.table), rows, metrics, window="cycle")
-    reason = "what jumps where a motion turns back cannot be certified: no enclosure is implemented"
+    reason = "drive_torque jumps where a motion turns back and cannot be certified: no enclosure is implemented"
     assert proof == ("open", reason)
 
 

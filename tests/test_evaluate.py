@@ -10,6 +10,8 @@ from exact_linkage import ExactLinkage
 
 import explore
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
+from explore.mechanisms.rocking import CANNOT_ASSEMBLE
+from explore.model.status import Status
 from explore.studies.designs.spaces import BLOCK_SIZE
 
 PUBLISHED = {"crank": 100.0, "coupler": 1083.4236, "rocker": 541.7118, "ground": 691.7118}
@@ -519,3 +521,11 @@ def test_mechanisms_are_listed_with_their_summaries():
     summaries = explore.list_mechanisms()
     assert {"crank-rocker", "test-rig"} <= summaries.keys()
     assert all(summaries.values())
+
+
+@pytest.mark.parametrize("metric", ["swing_angle", "velocity_ratio_rms", "velocity_ratio_mean"])
+def test_what_is_not_finite_has_no_bound(metric):
+    designs = {"crank": [40.0, np.nan, 0.0, 1e31, 400.0], "coupler": 120.0, "rocker": 80.0, "ground": 140.0}
+    found = explore.evaluate("crank-rocker", designs, metrics=[metric])
+    assert found["status"].tolist() == [Status.OK, *[Status.NOT_FINITE] * 3, CANNOT_ASSEMBLE]
+    assert found["error"].isna().tolist() == [False, True, True, True, False]

@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -427,6 +428,28 @@ def test_bounds_hold_across_jumps():
     for metric in metrics:
         error = np.abs(coarse.columns[metric] - fine.columns[metric])[ok]
         assert (error <= (coarse.columns["error"] * fine.columns["drive_torque_rms"])[ok] * 2.0).all(), metric
+
+
+def test_metrics_of_the_whole_motion_exist_over_an_interval_that_a_blocked_crank_reaches():
+    """A pump jack whose crank, of twice its length, moves from 273.5 to 547.3 deg only."""
+    linkage = explore.load_linkage(Path(explore.__file__).parent / "data/linkages/pump-jack.toml")
+    design = {"r": 200, "cx": 240, "cy": 290, "p": 300, "b": 240, "h": 300, "arm": 200, "pull": 800, "speed": 1.0}
+    ends = {"from": 300, "to": 400}
+    names = ["pin_force_peak_interval", "transmission_angle_min_interval", "swing_angle_interval", "footprint_interval"]
+    row = explore.evaluate(linkage, design, metrics=names, window=ends).iloc[0]
+    assert row["status"] == Status.OK
+    motion = explore.simulate(linkage, design, angles=np.linspace(300, 400, 4001))
+    forces = [name for name in motion if "_force_on_" in name and not name.endswith(("_x", "_y"))]
+    angles = motion[[name for name in motion if name.endswith("_transmission_angle")]].to_numpy()
+    expected = {
+        "pin_force_peak_interval": motion[forces].to_numpy().max(),
+        "transmission_angle_min_interval": np.minimum(angles, 180 - angles).min(),
+        "swing_angle_interval": np.ptp(motion["beam_angle"]),
+    }
+    for name, value in expected.items():
+        assert row[name] == pytest.approx(value, rel=1e-6)
+    assert row["footprint_interval"] > 0
+    assert explore.evaluate(linkage, design, metrics=["pin_force_peak"], window=ends)["pin_force_peak"].isna().all()
 
 
 def test_loads_have_a_largest_number():

@@ -4,6 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 from exact_linkage import ExactLinkage
+from linkage_cases import CASES, linkage_of, values_of
 
 import explore
 from explore.analysis.tolerancing import robustness
@@ -122,6 +123,18 @@ def test_folds_and_jumps_have_no_slope():
         has_slope = {name: not np.isnan(found.slopes[name][1]) for name in names}
         assert has_slope == {name: name == "stroke" for name in names}
         assert found.slopes["stroke"] == pytest.approx([2.0, 0.0], abs=1e-12)
+
+
+def test_a_slope_that_is_0_is_0():
+    """The rise of the ram's line moves its stroke's ends alike, and its rod's length does: 4e-16 would be noise."""
+    linkage = linkage_of(CASES["crank-shaper"])
+    design = values_of(CASES["crank-shaper"]) | {"speed": 1.0}
+    request = make_request(linkage.mechanism, metrics=["lever_angle_peak_to_peak", "ram_position_peak_to_peak"])
+    tolerances = make_tolerances(linkage.mechanism, {"crank": 0.1, "link": 0.1, "rise": 0.1})
+    found = differentiate(TolerancedRequest.of(request, [], tolerances), design)
+    for name in found.slopes:
+        assert (found.slopes[name] == 0.0).tolist() == [False, True, True]
+        assert (found.errors[name][1:] < 1e-12).all()
 
 
 @pytest.mark.parametrize("count", [robustness.MOST_INTEGRATED, robustness.MOST_INTEGRATED + 1])

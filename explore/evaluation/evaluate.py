@@ -100,6 +100,14 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     corners: a curvature where a point rests misses it with any digits.
     """
     _keep_freed_memory()
+    evaluation = _evaluate_in_digits(request, parameters)
+    # A row without its numbers has no bound either: 0 would read as exact.
+    evaluation.columns["error"][evaluation.columns["status"] == Status.NOT_FINITE] = np.nan
+    return evaluation
+
+
+def _evaluate_in_digits(request: Request, parameters: Arrays) -> Evaluation:
+    """Evaluate designs, and those that miss the tolerance once more with more digits; see `evaluate_columns`."""
     evaluation = _evaluate(request, parameters)
     missed = np.flatnonzero(~(evaluation.columns["error"] <= request.tolerance))
     has_marks = any(metric.window.needs_stroke for metric in request.sampled)

@@ -172,6 +172,7 @@ def test_a_chosen_design_is_saved_and_linked(page, frame):
     page.goto(address)
     wait_shown(page)
     page.wait_for_selector(f"#design h2:has-text('Design {number:,}')")
+    page.wait_for_selector("#design .badge:has-text('Pareto')")
 
 
 def test_units_and_limits_are_shown_as_people_write_them(page):

@@ -60,14 +60,14 @@ class TracedTable:
 
     equations: Equations
     quantities: dict[str, Quantity]
-    programs: dict[tuple[int, ...], Program]
+    programs: dict[tuple[tuple[int, ...], str], Program]
 
-    def program(self, numbers: Sequence[Number]) -> Program:
-        """The program of some numbers."""
+    def program(self, numbers: Sequence[Number], name: str) -> Program:
+        """The program of some numbers, which sentences call by a name."""
         outputs = tuple(number.index for number in numbers)
-        if outputs not in self.programs:
-            self.programs[outputs] = Program(self.equations.graph, outputs)
-        return self.programs[outputs]
+        if (outputs, name) not in self.programs:
+            self.programs[outputs, name] = Program(self.equations.graph, outputs, name)
+        return self.programs[outputs, name]
 
 
 class BallGraph:
@@ -77,12 +77,14 @@ class BallGraph:
         self._traced, self._parameters = trace(table), parameters
         self.equations, self.quantities = self._traced.equations, self._traced.quantities
 
-    def function(self, numbers: Sequence[Number], references: Mapping[str, arb] | None = None) -> Function:
-        """Numbers as a function of the input angle; `references` are inputs that do not depend on it."""
-        program = self._traced.program(numbers)
-        missing = [name for name in program.references if name not in (references or {})]
-        if missing:
-            raise UnprovedError(f"what depends on {missing[0]} cannot be certified: no enclosure is implemented")
+    def function(
+        self, numbers: Sequence[Number], references: Mapping[str, arb] | None = None, name: str = "the linkage"
+    ) -> Function:
+        """Numbers, called by a name, as a function of the input angle, on which `references` do not depend."""
+        program = self._traced.program(numbers, name)
+        if any(name not in (references or {}) for name in program.references):
+            words = "depends on an end of the stroke"
+            raise UnprovedError(f"{program.name} {words} and cannot be certified: no enclosure is implemented")
         given = [references[name] for name in program.references] if references else []
         parameters = [
             arb(float(name[1:]) if name[0] == _NUMBER else self._parameters[name]) for name in program.parameters

@@ -46,10 +46,13 @@ class Program:
         The graph.
     outputs
         The numbers, as indices.
+    name
+        What they are: a signal, or factors.
     """
 
     graph: Graph
     outputs: tuple[int, ...]
+    name: str
 
     @cached_property
     def _steps(self) -> list[int]:
@@ -151,8 +154,8 @@ class Program:
             return f" {_SYMBOLS[operation]} ".join(names)
         if operation in _FUNCTIONS or (self.graph.levels[k] < ANGLE and operation in _FORMULA_NAMES):
             return f"{operation}({', '.join(names)})"
-        what = "what jumps where a motion turns back" if operation in SENSES else operation
-        raise UnprovedError(f"{what} cannot be certified: no enclosure is implemented")
+        what = "jumps where a motion turns back" if operation in SENSES else f"takes {operation} of what moves"
+        raise UnprovedError(f"{self.name} {what} and cannot be certified: no enclosure is implemented")
 
 
 def _written(arguments: Sequence[str], lines: list[str], results: list[str]) -> Callable[..., Any]:

@@ -121,7 +121,7 @@ class Certificate:
 
     def _derived(self, metric: DerivedMetric) -> Enclosure | None:
         name = metric.formula.name
-        if name in ("swing_angle", "stroke", "pin_force_peak"):
+        if name.removesuffix("_interval") in ("swing_angle", "stroke", "pin_force_peak"):
             sources = [self.enclose(source) for source in metric.inputs if isinstance(source, SampledMetric)]
             return Enclosure.of(reduce(arb.max, [source.ball for source in sources if source]))
         return self._follow(name)

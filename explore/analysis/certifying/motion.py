@@ -111,7 +111,7 @@ class Motion:
             middle = arb(0 if self.exact else self._turning.middle_of(link))
             parts = (middle, middle.cos(), middle.sin())
             inputs |= {f"{REFERENCE}{link}:{part}": value for part, value in enumerate(parts)}
-        return self.graph.function([quantity.number if number is None else number], inputs)
+        return self.graph.function([quantity.number if number is None else number], inputs, quantity.signal.name)
 
     def _part(self, window: Window) -> Arc:
         """The input angles of a window at which this linkage moves the output."""

@@ -28,6 +28,11 @@ _EQUAL = 1.2
 #: Least size of the jumps of the slope at a fold, over the rounding of the values.
 _CERTAIN = 1e2
 
+#: Largest change of a metric that does not depend on a parameter, relative: a few dozen roundings.
+_CONSTANT = 2.0**-46
+#: Number of the largest steps of which one must show that: down to a 128th of the parameter.
+_N_WIDE = 7
+
 #: Factor on estimates of errors: in 56,000 derivatives of random designs errors were up to 8 times as large.
 _SAFETY = 10.0
 #: Largest error of a derivative, relative to it and to metric over parameter; beyond it the metric jumps.
@@ -96,10 +101,18 @@ def _best(values: FloatArray, centre: float, steps: FloatArray) -> tuple[float, 
         return np.nan, np.nan
     if _is_fold(values, centre, steps):
         return np.nan, np.nan
+    if _is_constant(values, centre):
+        return 0.0, float(np.nanmin(_SAFETY * np.abs(values - centre).max(axis=(1, 2)) / steps))
     best = int(np.nanargmin(errors[:-2]))
     if not errors[best] < _LARGEST * max(abs(slopes[best]), np.nanmax(np.abs(values[best])) / (2.0 * steps[0])):
         return np.nan, np.nan
     return float(slopes[best]), float(errors[best])
+
+
+def _is_constant(values: FloatArray, centre: float) -> bool:
+    """Whether a metric is the same to its rounding at all steps at which it exists, one of the largest among them."""
+    changes = np.abs(values - centre).max(axis=(1, 2))
+    return bool(np.isfinite(changes[:_N_WIDE]).any() and np.nanmax(changes) <= _CONSTANT * abs(centre))
 
 
 def _is_fold(values: FloatArray, centre: float, steps: FloatArray) -> bool:

@@ -13,6 +13,7 @@ from explore.mechanisms.registry import MECHANISMS
 from explore.model.expressions import FUNCTIONS
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import (
+    EXTREME_STATISTICS,
     OUTPUT_STATISTICS,
     STATISTICS,
     AnyMetric,
@@ -32,6 +33,8 @@ _NO_FORMULAS: Mapping[str, DerivedMetric] = MappingProxyType({})
 _TURN = 360
 #: Relative error of the length of a full turn whose ends were rounded.
 _LENGTH_ROUNDING = Fraction(1, 10**12)
+#: Ending of the names of metrics over the interval of a study.
+_OVER_INTERVAL = "_interval"
 #: Statistics of which smaller values are better.
 _MINIMISED = {"variance", "std", "cv", "max", "peak", "rms", "peak_to_peak", "power_mean"}
 
@@ -173,6 +176,8 @@ def _declared_metric(mechanism: Mechanism, name: str, window: Window) -> Compute
         if closed_form.name == name:
             return closed_form
     formula = next((formula for formula in mechanism.formulas if formula.name == name), None)
+    if formula is None and window.name == "interval":
+        formula = _over_interval(mechanism, name, window) if name.endswith(_OVER_INTERVAL) else None
     if formula is not None:
         return _derived(mechanism, formula, window)
     parsed = _parse(mechanism, name, window)
@@ -195,6 +200,23 @@ def _declared_metric(mechanism: Mechanism, name: str, window: Window) -> Compute
         statistic,
         metric_window,
     )
+
+
+def _over_interval(mechanism: Mechanism, name: str, window: Window) -> Formula | None:
+    """The formula of a name that ends with "_interval": of extremes over the interval in place of the whole motion."""
+    of_all, formulas = f"_{mechanism.whole_motion.name}", {formula.name: formula for formula in mechanism.formulas}
+    formula = formulas.get(name.removesuffix(_OVER_INTERVAL))
+    if formula is None:
+        return None
+    inputs, ends = [], tuple(f"_{statistic}{of_all}" for statistic in EXTREME_STATISTICS)
+    for each in formula.inputs:
+        if each.endswith(ends) or _over_interval(mechanism, f"{each}{_OVER_INTERVAL}", window):
+            each = each.removesuffix(of_all) + _OVER_INTERVAL
+        elif each not in {parameter.name for parameter in mechanism.parameters}:
+            return None
+        inputs.append(each)
+    words = f"{formula.long_name.replace(' over the turn', '')}, window {_describe_window(window)}"
+    return replace(formula, name=name, long_name=words, inputs=tuple(inputs))
 
 
 def _derived(mechanism: Mechanism, formula: Formula, window: Window) -> DerivedMetric:

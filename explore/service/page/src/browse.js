@@ -82,6 +82,7 @@ function show(names, sources) {
     (fronts) => {
       table.draw();
       picture.showFronts(fronts);
+      chosen.takeFronts(fronts);
       if (!chosen.has()) {
         const first = fronts.findIndex((front) => front.designs.length);
         if (first >= 0) chosen.choose(first, fronts[first].designs[0].design, FRONT);

@@ -20,7 +20,8 @@ export function designs(root, sources, fail) {
   const chosen = new Focus(),
     pins = new Pins();
   let model = null,
-    wanted = null;
+    wanted = null,
+    optimal = new Set();
   const files = el("p", { class: "files small" });
   chosen.listen(showFiles);
 
@@ -47,7 +48,7 @@ export function designs(root, sources, fail) {
       if (!model) model = emptyModel(told, sources);
       if (told.mechanism !== model.study.mechanism)
         throw new Error(`${sources[source].name} is of a ${told.mechanism}; only designs of a ${model.study.mechanism} are drawn beside each other`);
-      const row = rowOf(model, told, source, kind);
+      const row = rowOf(model, told, source, kind === FRONT || optimal.has(wanted));
       if (model.panel) return chosen.set(row);
       model.panel = true;
       chosen.row = row;
@@ -58,7 +59,21 @@ export function designs(root, sources, fail) {
       fail(error);
     }
   }
-  return { choose, has: () => wanted !== null };
+
+  /** Mark the designs that a ranking found Pareto-optimal, also those that were chosen before, as by a link. */
+  function takeFronts(fronts) {
+    optimal = new Set(fronts.flatMap((front, source) => front.designs.map(({ design }) => `${source} ${design}`)));
+    const files = model?.byName.get(RESULTS);
+    model?.designs.forEach((design, row) => {
+      if (model.kinds[row] === FRONT || !optimal.has(`${files?.values[row] ?? 0} ${design}`)) return;
+      model.kinds[row] = FRONT;
+      if (row !== chosen.row) return;
+      chosen.row = -1;
+      chosen.set(row);
+    });
+  }
+
+  return { choose, takeFronts, has: () => wanted !== null };
 }
 
 /** Load the mechanism's own functions; without a translation designs are shown in numbers. */
@@ -84,7 +99,7 @@ function emptyModel(told, sources) {
 }
 
 /** The row of a design, which is added if it is new; only a ranking knows that it is Pareto-optimal. */
-function rowOf(model, told, source, kind) {
+function rowOf(model, told, source, isOptimal) {
   const [design] = told.designs;
   const files = model.byName.get(RESULTS);
   const known = model.designs.findIndex((one, row) => one === design && (!files || files.values[row] === source));
@@ -101,6 +116,6 @@ function rowOf(model, told, source, kind) {
     Object.assign(model.study.files[source], { drive: told.drive, target: told.target, lacks });
   }
   model.designs.push(design);
-  model.kinds.push(kind === FRONT ? FRONT : told.kinds[0]);
+  model.kinds.push(isOptimal ? FRONT : told.kinds[0]);
   return model.size++;
 }
