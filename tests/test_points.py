@@ -11,6 +11,7 @@ import explore
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.drawing import Pose
+from explore.model.mechanism import Mechanism
 from explore.model.points import COORDINATES
 from explore.model.status import Status
 from explore.studies.request.names import find_mechanism
@@ -325,3 +326,12 @@ def test_a_worker_has_the_kernel_of_the_request(mechanism, design, others):
         found = evaluate_columns(each, columns).columns
         assert found["knife_velocity_max"] == pytest.approx(whole["knife_velocity"].max(), rel=1e-4)
         assert found["blade_x_min"] == pytest.approx(whole["blade_x"].min(), rel=1e-4)
+
+
+def test_names_are_collected_once(monkeypatch):
+    """Another request with the same points does not go through all names of metrics again."""
+    find_mechanism("crank-rocker", "PQRS")
+
+    monkeypatch.setattr(Mechanism, "metric_names", None)
+
+    assert find_mechanism("crank-rocker", "PQRS").points == tuple("PQRS")

@@ -220,6 +220,11 @@ class Declaration:
                 yield f"{signal.name}_{statistic}"
                 yield from (f"{signal.name}_{statistic}_{window.name}" for window in self.named_windows)
 
+    @cached_property
+    def taken_names(self) -> frozenset[str]:
+        """All names of signals, and those that a metric can have."""
+        return frozenset((*self.metric_names(), *(signal.name for signal in self.signals)))
+
     @property
     def closed_statistics(self) -> tuple[str, ...]:
         """Closed-form metrics, of the design in any window, that a statistic over a window would have the name of."""

@@ -36,8 +36,7 @@ def reason_against_point(mechanism: Mechanism, point: str, others: Sequence[str]
     reason, link = reason_against_name(declared, point), mechanism.floating_link
     if reason or link is None:
         return reason
-    taken = {parameter.name for parameter in declared.parameters} | {signal.name for signal in declared.signals}
-    taken |= set(declared.metric_names())
+    taken = declared.taken_names.union(parameter.name for parameter in declared.parameters)
     own = [parameter.name for parameter in point_parameters(link, (point,))]
     own += [signal.name for signal in point_signals(link, (point,))]
     clash = next((name for name in own if name in taken), "")

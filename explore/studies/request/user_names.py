@@ -19,11 +19,10 @@ _ENDINGS = ("margin", "label", "interval")
 
 def reason_against_name(mechanism: Mechanism, name: str) -> str:
     """Why a formula or a point cannot have this name, such as that it means something else; empty if it can."""
-    metrics = {*mechanism.metric_names(), *(signal.name for signal in mechanism.signals)}
     kinds = {
         "a parameter": {parameter.name for parameter in mechanism.parameters},
         "a column of all results": _COLUMNS,
-        f"a metric or signal of {mechanism.name}": metrics,
+        f"a metric or signal of {mechanism.name}": mechanism.taken_names,
         "a function or a word of formulas and conditions": RESERVED,
     }
     if not _IDENTIFIER.fullmatch(str(name)) or len(name) > _LONGEST_NAME:
