@@ -10,6 +10,7 @@ from explore.base.errors import RequestError
 from explore.comparison.limits import designs_towards, find_limit
 from explore.comparison.methods.closed_form import ClosedForm, find_sides, geometric_outcome
 from explore.comparison.methods.contract import Level, Outcome, Task
+from explore.comparison.methods.design_equations import DesignEquations
 from explore.comparison.methods.elimination import solve
 from explore.comparison.methods.loop import whole_motion
 from explore.comparison.methods.loops import find_loop
@@ -67,6 +68,18 @@ def test_the_exact_motion_agrees_with_the_graph_and_newton_with_both(name):
         assert motion.outcome.tolist() == [Outcome.OK]
         assert signal_errors(task, motion.signals, exact).max() < 1e-9
     assert signal_errors(task, RungeKutta4(720).solve(task).signals, exact).max() < 1e-6
+
+
+@pytest.mark.parametrize("name", FEW)
+def test_compiled_rates_of_one_design_are_those_of_its_graph(name):
+    task = motion_of(name)
+    design, count = DesignEquations(task.loop, task.parameters[0]), task.loop.count
+    signals = ClosedForm().solve(task).signals[:, 0]
+    rates = [design.rates(*at) for at in zip(task.crank_angle[0], signals[:count].T, strict=True)]
+    # the rounding of the places, by the condition of the matrix, which is at most 1e4 on these designs
+    assert np.abs(np.transpose(rates) - signals[count : 2 * count]).max() <= 1e-11 * np.abs(signals[count:]).max()
+    with pytest.raises(FloatingPointError, match="not finite"):
+        design.rates(0.0, np.full(count, np.nan))
 
 
 def test_elimination_of_arrays_and_of_numbers_is_that_of_linear_algebra():

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from explore.comparison.methods.elimination import solve
+from explore.comparison.methods.compiled_loop import fill_rates, number_terms
 from explore.comparison.methods.loop import Linearised, Loop
 from explore.comparison.methods.loop_closure import project_onto_loop
 from explore.model.quantities import FloatArray
@@ -20,6 +20,7 @@ class DesignEquations:
         self.scales = np.array(loop.scales(self.columns))
         self._floats = loop.columns(parameters.tolist())
         self._numbers = [[complex(number) for number in chain] for chain in loop.numbers(self.columns)]
+        self._terms = number_terms(loop), np.array([number for chain in self._numbers for number in chain])
         self.evaluations = self.steps = 0
 
     def about(self, crank: float, unknowns: FloatArray) -> tuple[Linearised, Any]:
@@ -27,12 +28,13 @@ class DesignEquations:
         given = self.loop.given(self._floats, crank, math)
         return self.loop.linearise(self._numbers, crank, unknowns.tolist(), given, _turn), given
 
-    def rates(self, crank: float, unknowns: FloatArray) -> list[float]:
+    def rates(self, crank: float, unknowns: FloatArray) -> FloatArray:
         """The rates of the unknowns; ArithmeticError if not finite."""
         self.evaluations += 1
-        about, given = self.about(crank, unknowns)
-        rates = solve(about.columns, about.rate_terms(given))[0]
-        if not math.isfinite(sum(rates)):
+        loop, given = self.loop, self.loop.given(self._floats, crank, math) or ()
+        rates = np.empty(loop.count)
+        fill_rates(*self._terms, loop.n_angles, loop.n_lengths, loop.turns, np.array(given[:2]), crank, unknowns, rates)
+        if not np.isfinite(rates).all():
             raise FloatingPointError("the rates are not finite")
         return rates
 

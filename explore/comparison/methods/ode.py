@@ -105,8 +105,7 @@ class VelocityIntegration:
                 )
             if self.projected:
                 solver.y = equations.project(solver.t, solver.y)
-                solver.f = np.array(
-                    equations.rates(solver.t, solver.y)
-                )  # the first stage of the next step in all three solvers
+                # the first stage of the next step in all three solvers
+                solver.f = equations.rates(solver.t, solver.y)
             filled = reached
         return Outcome.OK
