@@ -79,7 +79,7 @@ def test_compiled_rates_of_one_design_are_those_of_its_graph(name):
     # the rounding of the places, by the condition of the matrix, which is at most 1e4 on these designs
     assert np.abs(np.transpose(rates) - signals[count : 2 * count]).max() <= 1e-11 * np.abs(signals[count:]).max()
     with pytest.raises(FloatingPointError, match="not finite"):
-        design.rates(0.0, np.full(count, np.nan))
+        design.rates(np.nan, np.full(count, np.nan))
 
 
 def test_elimination_of_arrays_and_of_numbers_is_that_of_linear_algebra():
