@@ -6,7 +6,14 @@ from synthesis_cases import case, plane
 
 from explore.base.errors import RequestError
 from explore.synthesis.linkages import FourBar
-from explore.synthesis.poses import Dyad, Poses, burmester_curves, find_dyads, fixed_pivots, largest_residual
+from explore.synthesis.poses import Dyad, Poses, burmester_curves, find_dyads, fixed_pivots
+
+
+def largest_residual(poses, dyad):
+    """The largest change of the distance of the pivots over the poses, relative to the distance."""
+    rotations, shifts = poses.displacements()
+    distances = np.abs(rotations * dyad.moving + shifts - dyad.fixed)
+    return np.abs(distances - dyad.length).max() / dyad.length
 
 
 def reference(count=5):

@@ -53,13 +53,6 @@ class Dyad:
         return abs(self.moving - self.fixed)
 
 
-def largest_residual(poses: Poses, dyad: Dyad) -> float:
-    """The largest change of the distance of the pivots over the poses, relative to the distance."""
-    rotations, shifts = poses.displacements()
-    distances = np.abs(rotations * dyad.moving + shifts - dyad.fixed)
-    return float(np.abs(distances - dyad.length).max() / dyad.length) if dyad.length else np.inf
-
-
 def fixed_pivots(poses: Poses, moving: ComplexArray) -> ComplexArray:
     """The fixed pivots that moving pivots, (n,), need for three poses: centres of the circles through three points.
 

@@ -38,12 +38,6 @@ class Followers:
     crank_angles: FloatArray
     side_angles: FloatArray
 
-    @property
-    def is_monotonic(self) -> bool:
-        """Whether the crank turns in one sense, once, along the path."""
-        turned = np.diff(np.unwrap(np.append(self.crank_angles, self.crank_angles[0])))
-        return bool((turned > 0.0).all() or (turned < 0.0).all())
-
 
 def reach_path(points: ComplexArray, pivot: complex, sense: int) -> Followers:
     """The crank and side that reach the points of a path in order.
@@ -74,16 +68,6 @@ def _winding(vectors: ComplexArray) -> int:
     """How often a closed curve winds about the origin."""
     turned = np.angle(np.append(vectors[1:], vectors[0]) / vectors)
     return round(float(turned.sum()) / (2.0 * np.pi))
-
-
-def slider_offsets(followers: Followers, rod: float, beta: float, direction: float) -> FloatArray:
-    """Offsets of the slider's pin from the crank's pivot, across the direction of the guide, (n,).
-
-    The rod is the distance of the crank's pin and the slider's; beta the angle between both sides of the coupler, rad,
-    by which the side to the path is ahead of that to the slider.
-    """
-    crank, side = followers.crank_angles, followers.side_angles
-    return np.asarray(-(followers.crank * np.sin(crank - direction) + rod * np.sin(side - beta - direction)))
 
 
 @dataclass(frozen=True)
