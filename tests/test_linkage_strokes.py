@@ -11,6 +11,8 @@ import explore
 from explore import Linkage
 from explore.evaluation.evaluate import compile_kernels
 from explore.mechanisms.linkages.metrics import REACH_NAMES
+from explore.mechanisms.linkages.statuses import NO_STROKES
+from explore.model.status import Status
 from explore.studies.request.requests import make_request
 
 #: Outputs that turn back exactly twice, and the name of the metric of how far they move.
@@ -199,3 +201,24 @@ def test_the_size_is_that_of_all_places_of_all_points():
         sides.append(max(map(np.max, places)) - min(map(np.min, places)))
     assert [row["envelope_width"], row["envelope_height"]] == pytest.approx(sides, rel=1e-6)
     assert row["footprint"] == pytest.approx(row["envelope_width"] * row["envelope_height"], rel=1e-12)
+
+
+def test_reversals_between_two_nodes_are_counted():
+    """A pin that passes near the pivot of the lever turns it, and the ram four times, within less than a cell."""
+    rng, count = np.random.default_rng(1), 60
+    height, rod = rng.uniform(80.0, 140.0, count), rng.uniform(1.02, 4.0, count)
+    crank, lever, rise = height * (1.0 - 10.0 ** rng.uniform(-6.0, -1.5, count)), 250.0, 140.0
+    designs = {"crank": crank, "height": height, "lever": np.full(count, lever), "link": (rise + height) * rod}
+    designs |= {"rise": np.full(count, rise)}
+    steps = np.geomspace(1e-9, np.pi, 100_000)
+    angle = -0.5 * np.pi + np.concatenate([-steps[::-1], steps])
+    x, y = crank[:, None] * np.cos(angle), height[:, None] + crank[:, None] * np.sin(angle)
+    distance = np.hypot(x, y)
+    across, up = lever * x / distance, designs["rise"][:, None] + height[:, None] - lever * y / distance
+    swing = crank[:, None] * (crank[:, None] + height[:, None] * np.sin(angle))
+    rate = swing * (up * across / np.sqrt(designs["link"][:, None] ** 2 - up**2) - lever * y / distance)
+    reversals = (np.diff(rate > 0.0, axis=1)).sum(axis=1) + ((rate[:, 0] > 0.0) != (rate[:, -1] > 0.0))
+    assert (reversals == 4).sum() > 40
+    linkage = linkage_of(CASES["crank-shaper"])
+    status = explore.evaluate(linkage, designs | {"speed": np.ones(count)}, metrics=["time_ratio"])["status"]
+    assert (status == np.where(reversals == 2, Status.OK, NO_STROKES)).all()

@@ -14,6 +14,7 @@ from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages import cells as cell
 from explore.mechanisms.linkages import directions as direction
 from explore.mechanisms.linkages import harmonics, phases, singularities, statuses
+from explore.mechanisms.linkages import minima as minimum
 from explore.mechanisms.linkages import reaches as reach
 from explore.mechanisms.linkages import reversals as reversal
 from explore.mechanisms.linkages import turning as turn
@@ -102,7 +103,7 @@ def close_designs(record, sizes, blocked, fill_constants, check, direct, rate):
     if sizes.links > 0:
         _place_references(sizes, direct, constants, start, length, is_turn)
     if sizes.has_strokes > 0:
-        _find_strokes(record, sizes, rate, constants)
+        _find_strokes(record, sizes, check, rate, constants)
     for k in range(sizes.status * LANES):
         record[k] = constants[k]
 
@@ -242,7 +243,7 @@ def _place_references(sizes, direct, constants, start, length, is_turn):
 
 
 @subroutine(allocates=True)
-def _find_strokes(record, sizes, rate, constants):
+def _find_strokes(record, sizes, check, rate, constants):
     """Fill the places of the output's reversals, the time ratio, and the statuses of lanes without strokes."""
     rates = np.empty((reversal.CELLS + 1) * reversal.RATE_ROWS * LANES)
     tangents, anchors, counts, doubts = np.empty(LANES), np.empty(LANES), np.empty(LANES), np.empty(LANES)
@@ -252,9 +253,11 @@ def _find_strokes(record, sizes, rate, constants):
         rate(constants, tangents, anchors, rates[j * reversal.RATE_ROWS * LANES :])
     reversal.find_reversals(rates, counts, doubts, places)
     for lane in range(LANES):
-        if doubts[lane] == 1.0 and counts[lane] <= 2.0 and record[sizes.status * LANES + lane] == 1.0:
+        distance = constants[DISTANCE_ROW * LANES + lane]
+        is_doubtful = doubts[lane] == 1.0 or distance < minimum.NEAR
+        if is_doubtful and counts[lane] <= 2.0 and record[sizes.status * LANES + lane] == 1.0:
             cell.copy_lane(constants, lane, sizes.constants, tile)
-            _count_reversals(rate, tile, rates, lane, counts, places)
+            _count_reversals(sizes, check, rate, tile, rates, lane, counts, places, distance)
     _place_reversals(rate, constants, counts, places)
     for lane in range(LANES):
         turns = record[sizes.status * LANES + lane] == 1.0
@@ -272,15 +275,20 @@ def _find_strokes(record, sizes, rate, constants):
 
 
 @subroutine(allocates=True)
-def _count_reversals(rate, tile, rates, lane, counts, places):
-    """Count the reversals of a lane that is in doubt; all lanes of the tile are its design."""
+def _count_reversals(sizes, check, rate, tile, rates, lane, counts, places, distance):
+    """Count the reversals of a lane in doubt, with the half-tangent of a distance; the tile's lanes are its design."""
     cells, halves = np.empty(cell.MOST_CELLS * reversal.CELL_SIZE), np.empty(2 * LANES * reversal.CELL_SIZE)
     tangents, anchors, marks = np.empty(LANES), np.empty(LANES), np.empty(reversal.RATE_ROWS * LANES)
+    minima, found = np.empty(2 * minimum.MOST_MINIMA), 0
+    if distance < minimum.NEAR:
+        found = minimum.find_minima(sizes, check, tile, minima)
     waiting, count = reversal.collect_rates(rates, lane, cells), 0.0
     while waiting > 0 and waiting < cell.MOST_CELLS - LANES:
         taken = cell.place_middles(cells, 1, waiting, tangents, anchors)
         rate(tile, tangents, anchors, marks)
-        waiting, count = reversal.halve_rates(cells, waiting, taken, marks, halves, count, lane, places)
+        waiting, count = reversal.halve_rates(
+            cells, waiting, taken, marks, halves, count, lane, places, minima, found
+        )  # fmt: skip
     counts[lane] = count if waiting == 0 else reversal.UNDECIDED
 
 

@@ -1,8 +1,9 @@
 """Where the output of a linkage turns back: the zeros of its rate over the turn, and whether there are exactly two.
 
 A cell of the turn has no zero if the rate keeps its sign in it, and one or none if the rate is monotonic, each by more
-than its cubic may miss. Cells that neither decides are halved. Rows of the values of a node: the rate, its slope by the
-angle, the rounding error of both, and the place or angle of the output.
+than its cubic may miss. Cells that neither decides are halved, and so are those wider than their gap to the place of a
+near singularity and the distance of that, since a pulse of the rate hides between their ends. Rows of the values of a
+node: the rate, its slope by the angle, the rounding error of both, and the place or angle of the output.
 """
 
 import math
@@ -93,10 +94,22 @@ def collect_rates(values, lane, cells):
     return CELLS
 
 
-@compiled(f"Tuple((int64, float64))({_F1}, int64, int64, {_F1}, {_F1}, float64, int64, {_F1})")
-def halve_rates(cells, waiting, taken, middles, children, count, lane, places):
+@subroutine()
+def _is_wide(start, width, minima, found):
+    """Whether a cell is wider than its gap to the angle of one of `minima` and than the distance of that one."""
+    wide = 0
+    for k in range(found):
+        apart = minima[2 * k] - start - 0.5 * width
+        apart -= 2.0 * math.pi * math.floor(apart / (2.0 * math.pi) + 0.5)
+        wide += 1 if width > max(abs(apart) - 0.5 * width, minima[2 * k + 1]) else 0
+    return wide > 0
+
+
+@compiled(f"Tuple((int64, float64))({_F1}, int64, int64, {_F1}, {_F1}, float64, int64, {_F1}, {_F1}, int64)")
+def halve_rates(cells, waiting, taken, middles, children, count, lane, places, minima, found):
     """Replace the last cells by those halves that are not decided.
 
+    `minima` has angle and distance, rad, of each of the `found` near singularities.
     Return their number, and the number of reversals found so far in those that are: `UNDECIDED` if there are too many,
     or one that is too close to another, or to where the output only rests, to tell.
     """
@@ -108,7 +121,8 @@ def halve_rates(cells, waiting, taken, middles, children, count, lane, places):
             child = children[n_children * CELL_SIZE :]
             halve_cell(cell, 1, 1, middles, q, side, child)
             f0, f1 = child[2], child[4]
-            if not _is_sure(f0, f1, child[3], child[5], child[1], error, middles[2 * LANES + q]):
+            sure = _is_sure(f0, f1, child[3], child[5], child[1], error, middles[2 * LANES + q])
+            if not sure or _is_wide(child[0], child[1], minima, found):
                 if child[1] < _FINEST:
                     return 0, UNDECIDED
                 n_children += 1
