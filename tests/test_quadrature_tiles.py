@@ -201,6 +201,17 @@ def test_an_extreme_close_to_the_end_of_a_panel_is_found(past, count):
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("step", "is_searched"), [(2.0**-51, False), (1e-12, True)])
+def test_a_minimum_of_rounding_is_not_searched(step, is_searched, sign):
+    """Samples fall to 1 + step and rise, one step each; a search evaluates the signal, which is 1."""
+    tile, constants, *_ = random_tile(3)
+    constants[:HARMONICS], constants[OFFSET] = 0.0, sign
+    steps = 1.0 + np.abs(np.arange(NODE_CAPACITY) - 20.0)
+    tile.signals.reshape(-1, 2, LANES)[:, 0] = sign * (1.0 + step * steps)[:, None]
+    assert (tile.extreme(sign) == sign * (1.0 if is_searched else 1.0 + step)).all()
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_lanes_do_not_depend_on_their_neighbours(sign):
     """Bit for bit, whatever the other lanes hold, and in whichever lane a panel is."""
     alone, *_ = random_tile(1, same=range(1, LANES))

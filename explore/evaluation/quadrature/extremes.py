@@ -28,6 +28,8 @@ _DROP_MARGIN = 8.0
 _DOUBTFUL = 0.1
 #: Distances of looks inside from an end, over the distance to the next sample: extremes may be ever nearer to it.
 _LOOKS = tuple(8.0**-k for k in range(1, 7))
+#: Rise to both neighbours of a sample, over its size, up to which a minimum is one of rounding.
+_CONSTANT = 2.0**-46
 #: Value of ACTIVE of a lane whose candidate is an end of the panel.
 AT_END = 2.0
 
@@ -83,6 +85,8 @@ def _slope_at_end(signals, rows, row, lane, sign, count, side, table, rule):
 @subroutine()
 def _start_inside(shape, count, table, rule, state, lane, j, left, value, right):
     """Start the lane at a sample between the ends if its parabola may win; return whether it does."""
+    if max(left, right) - value <= _CONSTANT * abs(value):
+        return False
     half, centre = shape[TILE_HALF + lane], shape[TILE_CENTRE + lane]
     if shape[TILE_SCALE + lane] == 0.0:
         x, a, b = abscissa(count, j - 1), abscissa(count, j - 2), abscissa(count, j)
