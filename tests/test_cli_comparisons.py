@@ -14,7 +14,7 @@ from command_line import call
 from few_methods import only
 
 from explore.cli.paths import atomic_files
-from explore.comparison import random_starts
+from explore.comparison import random_starts, stability, timing
 from explore.comparison.methods.registry import METHODS
 
 
@@ -25,12 +25,14 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.fixture(params=["few methods", pytest.param("all methods", marks=pytest.mark.slow)])
-def methods(request):
-    """The methods that are compared: one of each kind without pylinkage, or all."""
+def methods(request, monkeypatch):
+    """The methods that are compared: one of each kind, at one setting, timed once and at few angles; or all, fully."""
     few = ("closed-form", "textbook", "newton", "pylinkage", "rk4", "dop853")
     with only(*(few if request.param == "few methods" else METHODS)) as methods:
         if request.param == "few methods":
-            methods["pylinkage"] = ()
+            methods.update({name: settings[:1] for name, settings in methods.items()} | {"pylinkage": ()})
+            monkeypatch.setattr(timing, "_MAX_RUNS", 1)
+            monkeypatch.setattr(stability, "STEP_COUNTS", (24, stability.DEFAULT_STEP_COUNT))
         yield methods
 
 

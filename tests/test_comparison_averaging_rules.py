@@ -47,9 +47,9 @@ def exact():
 
 
 def designs(name):
-    """Designs of a scene; of the large block a sixteenth, which contains its change point."""
+    """Designs of a scene; of the large block each 48th, among which is its change point."""
     scene = SCENES[name]
-    return scene.part(np.arange(0, len(scene), 16 if len(scene) > 100 else 1))
+    return scene.part(np.arange(0, len(scene), 48 if len(scene) > 100 else 1))
 
 
 def error(rule, name, window, exact):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from loop_cases import rockers
 
+from explore.comparison import timing
 from explore.comparison.method_precision import (
     ROUNDING_ERROR,
     closed_form_standing,
@@ -28,10 +29,17 @@ def scene(name):
     return load_scene(bundled_scenes()[name])
 
 
+def compared(name, *progress):
+    """Rows of a scene, each timed once."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(timing, "_MAX_RUNS", 1)
+        return compare_methods(scene(name), *progress)
+
+
 @pytest.fixture(scope="module")
 def smooth():
     labels = []
-    rows = compare_methods(scene("smooth"), labels.append)
+    rows = compared("smooth", labels.append)
     assert labels == SETTINGS
     return {row["setting"]: row for row in rows}
 
@@ -57,7 +65,7 @@ def test_errors_on_the_smooth_scene(smooth):
 
 
 def test_a_scene_without_a_motion_has_rows_without_errors():
-    rows = compare_methods(scene("change_point"))
+    rows = compared("change_point")
     assert [row["setting"] for row in rows] == SETTINGS
     assert all(math.isnan(row["position_error_max"]) for row in rows)
     closed_form = rows[0]
@@ -71,7 +79,7 @@ def test_a_scene_without_a_motion_has_rows_without_errors():
 
 
 def test_a_scene_of_positions_has_no_velocity_errors():
-    rows = compare_methods(scene("tiny_swing"))
+    rows = compared("tiny_swing")
     assert not any("velocity_error_max" in row or "cv_error" in row for row in rows)
     assert rows[0]["position_error_max"] < 1e-15
 
