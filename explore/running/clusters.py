@@ -78,6 +78,8 @@ def _settings() -> dict[str, Any]:
     # dask abandons a worker that is still restarting this long after an earlier death; when all are abandoned, the
     # sweep would wait forever.
     settings |= {"distributed.deploy.lost-worker-timeout": _NO_TIMEOUT}
+    # A result is asked for this long, by default 30 s, of a worker that died after it had reported the block done.
+    settings |= {"distributed.comm.timeouts.connect": CONNECT_TIMEOUT}
     # Loading the modules takes seconds without heartbeats, so a worker loads them before it joins.
     settings |= {"distributed.worker.preload": [_IGNORE_CTRL_C, "explore.running.blocks"]}
     return settings

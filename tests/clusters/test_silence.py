@@ -117,7 +117,8 @@ def test_a_stopped_process_is_named_and_used_again_when_it_resumes(folder, stopp
         f" has been silent for {SILENCE:.0f} s; {consequence}"
         for consequence in ("others compute its blocks", "waiting for it")
     ]
-    with Sweep(study_file(folder, blocks), path, *options, seconds=0.3, silence=SILENCE) as sweep:
+    fast = folder / "fast"
+    with Sweep(study_file(folder, blocks), path, *options, seconds=0.3, until=str(fast), silence=SILENCE) as sweep:
 
         def wait_for_use(pid):
             n_executions, n_answers = len(sweep.executions), sweep.stderr.count(answer)
@@ -138,6 +139,7 @@ def test_a_stopped_process_is_named_and_used_again_when_it_resumes(folder, stopp
         wait_for_use(first)
         stop(scheduler)
         wait_until(lambda: sentences[1] in sweep.stderr)
+        fast.touch()
         resume(scheduler)
         code, lines = sweep.end()
     assert code == 0

@@ -176,7 +176,7 @@ def _metrics(known: _Names, names: object, problems: Problems) -> tuple[AnyMetri
         except RequestError as error:
             problems.append((key, str(error)))
             continue
-        if metric in metrics:
+        if name in names[:position]:
             problems.append((key, f"{name} is listed twice; remove one"))
         metrics.append(metric)
     return tuple(dict.fromkeys((*metrics, *known.formulas.values())))
