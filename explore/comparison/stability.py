@@ -211,7 +211,7 @@ def trace_turn(case: StabilityCase) -> list[dict[str, Any]]:
     `Judgement`, NaN where the method has no solution.
     """
     task = case.task(STEP_COUNTS[-1], slice(TRACED_DESIGN, TRACED_DESIGN + 1))
-    exact, angles = case.finest[:, TRACED_DESIGN : TRACED_DESIGN + 1], np.rad2deg(task.crank_angle[0])
+    exact, angles = exact_motion(task), np.rad2deg(task.crank_angle[0])
     rows: list[dict[str, Any]] = []
     for name, settings in methods_for(case.loop).items():
         for method in settings[-1:]:
