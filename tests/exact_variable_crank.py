@@ -23,7 +23,7 @@ class ExactVariableCrank:
         self.rod, self.wanted, self.speed, time, self.mass, self.friction, self.gravity = map(mp.mpf, numbers)
         loads = (constant_force, opposing_force, stiffness, damping)
         self.constant, self.opposing, self.stiffness, self.damping = map(mp.mpf, loads)
-        self.order = int(blend_order)
+        self.order, self.paths = int(blend_order), {}
         self.width, self.travel = self.speed * time, self.wanted / self.speed
         rod, travel = self.rod, self.travel
         self.regular_crank = mp.sqrt((-(rod**2) + rod * mp.sqrt(rod**2 + 4 * travel**2)) / 2)
@@ -40,9 +40,12 @@ class ExactVariableCrank:
         return 2 * SMOOTHSTEPS[self.order](near / self.width + mp.mpf(1) / 2) - 1
 
     def _path(self, angle):
-        """Integral of `share` from 0."""
-        breaks = [place for place in (self.width / 2, mp.pi - self.width / 2) if place < angle]
-        return mp.quad(self.share, [0, *breaks, angle])
+        """Integral of `share` from 0, computed once for an angle and a number of digits."""
+        key = angle, mp.mp.prec
+        if key not in self.paths:
+            breaks = [place for place in (self.width / 2, mp.pi - self.width / 2) if place < angle]
+            self.paths[key] = mp.quad(self.share, [0, *breaks, angle])
+        return self.paths[key]
 
     def position(self, angle):
         """Position of the slider, mm."""
