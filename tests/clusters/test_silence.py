@@ -176,7 +176,7 @@ def test_a_worker_stopped_before_the_start_does_not_delay_the_blocks(
 
 def test_a_slow_block_is_not_silence(stoppable: Stoppable, short_silence):
     with Client(stoppable.address, set_as_default=False) as client:
-        processes, events = run_window(client, seconds=2 * SILENCE, blocks=2)
+        processes, events = run_window(client, seconds=1.5 * SILENCE, blocks=2)
     assert set(processes.values()) == set(stoppable.workers)
     assert "elsewhere" not in events
 
