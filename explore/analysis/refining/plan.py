@@ -150,7 +150,12 @@ def plan_refinement(
         raise RequestError(
             f"evaluations = {evaluations:,}: the front to refine has {n_start:,} designs; evaluate more than these"
         )
-    frame = frame.sort_index().reset_index()
+    start = _start_columns(results, study, frame.sort_index().reset_index())
+    return RefinementPlan(study, ranking.objectives, start, evaluations, seed, scales)
+
+
+def _start_columns(results: Results, study: Study, frame: pd.DataFrame) -> Arrays:
+    """The columns of the designs that a refinement starts from, with finite coordinates."""
     names = [column.name for column in results_columns(study)]
     start = {name: np.ascontiguousarray(frame[name].to_numpy()) for name in names if name in frame}
     for name in coordinates_of(study).names:
@@ -159,7 +164,7 @@ def plan_refinement(
                 f"{results.path} has a design whose {name} is not finite; "
                 f"it is damaged: run `explore verify {results.path}`"
             )
-    return RefinementPlan(study, ranking.objectives, start, evaluations, seed, scales)
+    return start
 
 
 def study_of(results: Results) -> Study:

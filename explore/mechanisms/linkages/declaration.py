@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import lru_cache, partial
+from typing import Any
 
 from explore.base.units.quantities import exact_quantity
 from explore.mechanisms.linkages.drawing import draw_linkage, linkage_panels
@@ -155,17 +156,11 @@ def _declare(
         summary="a planar linkage that a table describes",
         parameters=tuple(_parameters(table)),
         signals=signals,
-        metrics=CLOSED_METRICS if turns else (),
         formulas=formulas,
         windows=windows,
-        strokes=_STROKES if turns else (),
-        drives=("slow", "fast", *_STROKES) if turns else (),
         senses=sense_signals(equations),
-        marks={"least": LEAST_ROW, "greatest": GREATEST_ROW} if turns else {},
-        closed_error_row=CLOSED_ERROR_ROW if turns else -1,
         default_window=windows[0].name,
         output_signals={"": output},
-        zero_mean=_zero_means(table, signals, change) if turns else frozenset(),
         default_metrics={"": tuple(defaults)},
         objectives=tuple(defaults[:1] + defaults[-1:]),
         kernel_version=f"{_VERSION}-{table.digest[:16]}",
@@ -190,7 +185,20 @@ def _declare(
         extended=extended,
         specialise=_Kernels(table),
         table=table,
+        **(_of_a_turn(table, signals, change) if turns else {"metrics": (), "zero_mean": frozenset()}),
     )
+
+
+def _of_a_turn(table: LinkageTable, signals: tuple[Signal, ...], change: str) -> dict[str, Any]:
+    """What mechanisms declare whose driver turns fully: strokes, what ends them, and what follows from periods."""
+    return {
+        "metrics": CLOSED_METRICS,
+        "strokes": _STROKES,
+        "drives": ("slow", "fast", *_STROKES),
+        "marks": {"least": LEAST_ROW, "greatest": GREATEST_ROW},
+        "closed_error_row": CLOSED_ERROR_ROW,
+        "zero_mean": _zero_means(table, signals, change),
+    }
 
 
 def _range(first: float, last: float) -> Window:

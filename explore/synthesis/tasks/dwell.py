@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from explore.base.errors import Problems, RequestError
-from explore.model.columns import Column
+from explore.model.columns import Arrays, Column
 from explore.model.progress import ReportProgress
 from explore.model.quantities import GivenMetric
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.dwell_fitting import DwellTask
 from explore.synthesis.dwell_search import N_DRAWN, N_STARTS, find_dwells
+from explore.synthesis.dwells import Dwell
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
 from explore.synthesis.tasks.placed_four_bars import FORMULAS, LENGTHS, FourBarBounds
 
@@ -68,18 +69,6 @@ class _Search:
         linkages = [each.linkage for each in found]
         arms = np.array([linkage.point * linkage.coupler for linkage in linkages])
         lengths = {name: np.array([getattr(linkage, name) for linkage in linkages]) for name in LENGTHS}
-        centres = np.array([each.centre for each in found])
-        measured = {
-            "rest_x": centres.real, "rest_y": centres.imag, "slider_link": np.array([each.link for each in found]),
-            "slider_stroke": np.array([each.stroke for each in found]),
-            "dwell_error": np.array([each.error for each in found]),
-        }  # fmt: skip
-        angles = {
-            "guide_angle": [each.direction for each in found],
-            "dwell_start": [each.start for each in found],
-            "dwell_angle": [each.span for each in found],
-            "slider_pressure_angle_max": [each.pressure_angle_max for each in found],
-        }
         tried = (
             f"compared arcs and guides of {N_DRAWN:,} crank-rockers within the bound on the transmission angle and "
             f"improved {N_STARTS:,} or more of them: {len(found)} local optima"
@@ -92,14 +81,29 @@ class _Search:
                 f"{POINT}_across": self.crank * arms.imag,
             },
             added=_ADDED,
-            values={
-                "solution": np.arange(1, len(found) + 1),
-                **{name: self.crank * values for name, values in measured.items()},
-                **{name: np.degrees(values) for name, values in angles.items()},
-            },
+            values={"solution": np.arange(1, len(found) + 1), **self._measured(found)},
             tried=(tried,),
             most=self.count,
         )
+
+    def _measured(self, found: list[Dwell]) -> Arrays:
+        """What the solver measures, in mm and deg."""
+        centres = np.array([each.centre for each in found])
+        lengths = {
+            "rest_x": centres.real, "rest_y": centres.imag, "slider_link": np.array([each.link for each in found]),
+            "slider_stroke": np.array([each.stroke for each in found]),
+            "dwell_error": np.array([each.error for each in found]),
+        }  # fmt: skip
+        angles = {
+            "guide_angle": [each.direction for each in found],
+            "dwell_start": [each.start for each in found],
+            "dwell_angle": [each.span for each in found],
+            "slider_pressure_angle_max": [each.pressure_angle_max for each in found],
+        }
+        return {
+            **{name: self.crank * values for name, values in lengths.items()},
+            **{name: np.degrees(values) for name, values in angles.items()},
+        }
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
