@@ -33,7 +33,7 @@ metrics = ["rocker_velocity_variance", "rocker_acceleration_max"]
 [rank]
 metrics = ["rocker_velocity_variance:min"]
 """
-OPENS = 200
+OPENS = 400
 #: Most sweeps to watch; each gives some hundred opens, on a busy machine fewer.
 SWEEPS = 60
 
