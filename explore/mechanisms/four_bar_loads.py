@@ -1,6 +1,7 @@
 """Loads of a four-bar: the parameters, signals and formulas that every mechanism with such a rocker declares."""
 
 import math
+from functools import partial
 
 from explore.mechanisms import four_bar_forces
 from explore.mechanisms.load_metrics import WORK_FORMULAS, largest
@@ -47,31 +48,13 @@ _REQUIRED_LOADS = (
     "coupler_inertia",
     "rocker_inertia",
 )
-
-
-def _force(name: str, unit: str, long_name: str, row: int, *, is_magnitude: bool = False) -> Signal:
-    """Declare a force or moment under load."""
-    return Signal(name, unit, long_name, row, four_bar_forces.FORCES, pole_order=6, needs_stroke=True,
-                  depends_on_load=True, required_loads=_REQUIRED_LOADS, is_magnitude=is_magnitude,
-                  terms_row=four_bar_forces.FORCE_TERMS)  # fmt: skip
-
-
-def _torque(
-    name: str,
-    unit: str,
-    long_name: str,
-    row: int,
-    power: int = 1,
-    shares_row_with: str = "",
-    *,
-    corners_at: tuple[str, ...] = (),
-) -> Signal:
-    """Declare the power of a torque on the crank, or with a power of the speed of 0 the torque."""
-    return Signal(name, unit, long_name, row, four_bar_forces.TORQUE, power, pole_order=6, needs_stroke=True,
-                  depends_on_load=True, required_loads=_REQUIRED_LOADS, shares_row_with=shares_row_with,
-                  terms_row=four_bar_forces.TORQUE_TERMS, has_corners=bool(corners_at),
-                  corners_at=corners_at)  # fmt: skip
-
+#: A force or moment under load.
+_force = partial(
+    Signal, needs=four_bar_forces.FORCES, pole_order=6, needs_stroke=True, depends_on_load=True,
+    required_loads=_REQUIRED_LOADS, terms_row=four_bar_forces.FORCE_TERMS,
+)  # fmt: skip
+#: A torque on the crank; with a power of the speed of 1 its power.
+_torque = partial(_force, needs=four_bar_forces.TORQUE, terms_row=four_bar_forces.TORQUE_TERMS)
 
 LOAD_SIGNALS = (
     _force("coupler_force", "N", "force along the coupler at its rocker end, compression positive",
@@ -86,12 +69,13 @@ LOAD_SIGNALS = (
     _force("rocker_axial_force", "N", "force of the coupler along the rocker, outward positive",
            four_bar_forces.ROCKER_FORCE),
     _force("rocker_moment", "N m", "moment of the coupler's force about pin d", four_bar_forces.ROCKER_MOMENT),
-    _torque("drive_torque", "N m", "torque that turns the crank", four_bar_forces.DRIVE_TORQUE, 0),
-    _torque("power", "W", "power that turns the crank", four_bar_forces.DRIVE_TORQUE, 1, "drive_torque"),
+    _torque("drive_torque", "N m", "torque that turns the crank", four_bar_forces.DRIVE_TORQUE),
+    _torque("power", "W", "power that turns the crank", four_bar_forces.DRIVE_TORQUE,
+            speed_power=1, shares_row_with="drive_torque"),
     _torque("positive_power", "W", "power that turns the crank where it drives, else 0",
-            four_bar_forces.POSITIVE_TORQUE, corners_at=("drive_torque",)),
+            four_bar_forces.POSITIVE_TORQUE, speed_power=1, has_corners=True, corners_at=("drive_torque",)),
     _torque("friction_power", "W", "power lost to the opposing torque and in the damper",
-            four_bar_forces.FRICTION_TORQUE),
+            four_bar_forces.FRICTION_TORQUE, speed_power=1),
 )  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 """The slider-crank under load: parameters, signals and derived metrics, declared."""
 
 import math
+from functools import partial
 
 from explore.mechanisms.load_metrics import WORK_FORMULAS, largest
 from explore.mechanisms.slider_crank import columns
@@ -34,51 +35,33 @@ PARAMETERS = (
 _REQUIRED_LOADS = (
     "constant_force", "opposing_force", "stiffness", "damping", "mass", "crank_mass", "rod_mass", "rod_inertia",
 )  # fmt: skip
-
-
-def _force(name: str, long_name: str, row: int, *, squares: bool = False) -> Signal:
-    return Signal(
-        name, "N", long_name, row, columns.FORCES, pole_order=6, depends_on_load=True, required_loads=_REQUIRED_LOADS,
-        is_magnitude=squares, terms_row=columns.FORCE_TERMS,
-    )  # fmt: skip
-
-
-def _torque(
-    name: str,
-    unit: str,
-    long_name: str,
-    row: int,
-    power: int = 1,
-    *,
-    shares: str = "",
-    corners_at: tuple[str, ...] = (),
-) -> Signal:
-    return Signal(
-        name, unit, long_name, row, columns.FORCES, power, pole_order=6, depends_on_load=True,
-        required_loads=_REQUIRED_LOADS, terms_row=columns.TORQUE_TERMS, shares_row_with=shares,
-        has_corners=bool(corners_at), corners_at=corners_at,
-    )  # fmt: skip
-
+#: A force under load.
+_force = partial(
+    Signal, needs=columns.FORCES, pole_order=6, depends_on_load=True, required_loads=_REQUIRED_LOADS,
+    terms_row=columns.FORCE_TERMS,
+)  # fmt: skip
+#: A torque on the crank; with a power of the speed of 1 its power.
+_torque = partial(_force, terms_row=columns.TORQUE_TERMS)
 
 SIGNALS = (
-    _force("thrust", "force of the rod on the slider along its line, outward positive", columns.THRUST),
-    _force("guide_force", "force of the guide on the slider, upward positive", columns.GUIDE_FORCE),
-    _force("crank_pivot_force", "force in the pivot of the crank, its magnitude", columns.CRANK_PIVOT, squares=True),
-    _force("crank_pin_force", "force in the pin of crank and rod, its magnitude", columns.CRANK_PIN, squares=True),
-    _force("slider_pin_force", "force in the pin of rod and slider, its magnitude", columns.SLIDER_PIN, squares=True),
-    _torque("drive_torque", "N m", "torque that turns the crank", columns.TORQUE, 0),
-    _torque("drive_power", "W", "power that turns the crank", columns.TORQUE, shares="drive_torque"),
-    _torque(
-        "positive_power",
-        "W",
-        "power that turns the crank where it drives, else 0",
-        columns.POSITIVE_TORQUE,
-        corners_at=("drive_torque",),
+    _force("thrust", "N", "force of the rod on the slider along its line, outward positive", columns.THRUST),
+    _force("guide_force", "N", "force of the guide on the slider, upward positive", columns.GUIDE_FORCE),
+    *(
+        _force(f"{pin}_force", "N", f"force in the {words}, its magnitude", row, is_magnitude=True)
+        for pin, words, row in (
+            ("crank_pivot", "pivot of the crank", columns.CRANK_PIVOT),
+            ("crank_pin", "pin of crank and rod", columns.CRANK_PIN),
+            ("slider_pin", "pin of rod and slider", columns.SLIDER_PIN),
+        )
     ),
-    _torque(
-        "friction_power", "W", "power lost to friction, in the damper and to the opposing force", columns.LOST_TORQUE
-    ),
-)
+    _torque("drive_torque", "N m", "torque that turns the crank", columns.TORQUE),
+    _torque("drive_power", "W", "power that turns the crank", columns.TORQUE, speed_power=1,
+            shares_row_with="drive_torque"),
+    _torque("positive_power", "W", "power that turns the crank where it drives, else 0", columns.POSITIVE_TORQUE,
+            speed_power=1, has_corners=True, corners_at=("drive_torque",)),
+    _torque("friction_power", "W", "power lost to friction, in the damper and to the opposing force",
+            columns.LOST_TORQUE, speed_power=1),
+)  # fmt: skip
 
 
 FORMULAS = (
