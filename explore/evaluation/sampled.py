@@ -115,6 +115,34 @@ def sample_metrics(
 
     `parameters` (p, u) are those of the closed form, whose result is `closed`.
     """
+    jumping = active & _has_jumps(request, parameters)
+    smooth = active & ~jumping
+    if not jumping.any():
+        return _sample_groups(request.without_jumps, metrics, parameters, smooth, closed)
+    result = _sample_groups(request, metrics, parameters, jumping, closed)
+    if smooth.any():
+        result.replace(smooth, _sample_groups(request.without_jumps, metrics, parameters, smooth, closed))
+    return result
+
+
+def _has_jumps(request: Request, parameters: FloatArray) -> npt.NDArray[np.bool_]:
+    """Whether a parameter of each design makes signals jump at the breaks, shape (u,)."""
+    result = np.zeros(parameters.shape[1], dtype=np.bool_)
+    if request.breaks:
+        for parameter, values in zip(request.kernel.kernel_parameters, parameters, strict=True):
+            if parameter.adds_jumps:
+                result |= values != 0.0
+    return result
+
+
+def _sample_groups(
+    request: Request,
+    metrics: tuple[SampledMetric, ...],
+    parameters: FloatArray,
+    active: npt.NDArray[np.bool_],
+    closed: ClosedFormResult,
+) -> SampledStatistics:
+    """Sample metrics by the quadratures that suit them; see `sample_metrics`."""
     result = SampledStatistics.empty(len(closed.status))
     for quadrature, group in _groups(request, metrics):
         result.add(_sample(request, group, quadrature, parameters, active, closed))

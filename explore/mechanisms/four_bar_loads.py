@@ -11,7 +11,8 @@ from explore.model.quantities import FloatArray, Formula, Parameter, Signal
 _TORQUES = (
     Parameter("constant_torque", "N m", "torque on the rocker, counter-clockwise positive", 0.0, -math.inf,
               affects="load", zero_meaning="none"),
-    Parameter("opposing_torque", "N m", "torque against the rocker's motion", 0.0, affects="load", zero_meaning="none"),
+    Parameter("opposing_torque", "N m", "torque against the rocker's motion", 0.0,
+              affects="load", zero_meaning="none", adds_jumps=True),
     Parameter("stiffness", "N m/rad", "spring between rocker and ground, relaxed at the mid-angle", 0.0,
               affects="load", zero_meaning="none"),
     Parameter("damping", "N m s/rad", "viscous damper between rocker and ground", 0.0,

@@ -79,7 +79,8 @@ class Declaration:
     integrated_rows
         Rows of signals whose mean and variance over any window `Mechanism.integrals` gives in closed form.
     breaks
-        Marks where the law of a signal changes, each forwards from the one before.
+        Marks where the law of a signal changes, each forwards from the one before; that of signals under load only, and
+        only by parameters that are declared to add jumps, if there are any of these.
     senses
         Signals whose signs others jump with: number k is said to `fill` by bits 2k and 2k + 1 of the law, 1 for 1, 2
         for -1, and 0 for what the signal is at the node.

@@ -73,6 +73,9 @@ class Parameter(Quantity):
         causes it changes its sign; see `Signal.has_corners`.
     corners_at
         Names of the signals at whose levels these corners are; see `Signal.corners_at`.
+    adds_jumps
+        Whether the parameter, unless 0, makes signals under load jump at the breaks of the mechanism, as a force
+        against the motion does at the ends of strokes.
     """
 
     default: float | None = None
@@ -86,6 +89,7 @@ class Parameter(Quantity):
     is_dynamic: bool = False
     adds_corners: bool = False
     corners_at: tuple[str, ...] = ()
+    adds_jumps: bool = False
 
     def allows(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         """Whether each number is a value that the parameter can take, in the shape of `values`."""

@@ -1,6 +1,6 @@
 """Requests: the metrics and constraints to evaluate for each design, and the objectives of rankings."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from explore.model.expressions import Expression
@@ -46,6 +46,8 @@ class Request:
         Largest allowed error bound of a design, relative; `explore.evaluation.evaluate` has the norms.
     is_finest
         Whether the statistics that derived metrics depend on are to be as exact as they can be.
+    has_jumps
+        Whether parameters that add jumps may differ from 0.
     """
 
     mechanism: Mechanism
@@ -55,6 +57,7 @@ class Request:
     drive: str
     tolerance: float
     is_finest: bool = False
+    has_jumps: bool = True
 
     @cached_property
     def all_metrics(self) -> tuple[AnyMetric, ...]:
@@ -84,7 +87,14 @@ class Request:
     def breaks(self) -> tuple[str, ...]:
         """Marks where the laws of the signals change: those of an extended kernel are of signals under load only."""
         depends_on_load = any(metric.signal.depends_on_load for metric in self.sampled)
+        if any(parameter.adds_jumps for parameter in self.kernel.parameters):
+            return self.kernel.breaks if depends_on_load and self.has_jumps else ()
         return self.kernel.breaks if depends_on_load else self.mechanism.breaks
+
+    @cached_property
+    def without_jumps(self) -> "Request":
+        """The request for designs whose parameters that add jumps are all 0."""
+        return replace(self, has_jumps=False)
 
     @cached_property
     def derived(self) -> tuple[DerivedMetric, ...]:
