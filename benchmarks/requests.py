@@ -31,6 +31,7 @@ WATT = {
     "r1": (20, 28), "r2": (85, 95), "r3": (65, 75), "r4": (98, 102), "bx": (45, 55), "by": (-35, -25),
     "r5": (85, 95), "r6": (75, 80), "fx": (190, 200),
 }  # fmt: skip
+SHAPER = {"height": (100, 140), "r": (30, 60), "l": (255, 265), "k": (78, 82), "rise": (130, 160), "speed": (1, 5)}
 RATES = ("coupler_velocity", "rocker_velocity", "coupler_acceleration", "rocker_acceleration")
 
 
@@ -39,9 +40,20 @@ def moments(signals):
     return [f"{signal}_{statistic}" for statistic in ("mean", "variance") for signal in signals]
 
 
+def classic(name):
+    """The table of `explore init --linkage NAME`."""
+    return explore.load_linkage(Path(explore.__file__).parent / "data" / "linkages" / f"{name}.toml")
+
+
 def watt():
-    """The table of `explore init --linkage watt-2`, whose branch is that of `request_peers.watt_rates`."""
-    return explore.load_linkage(Path(explore.__file__).parent / "data" / "linkages" / "watt-2.toml")
+    """A table whose branch is that of `request_peers.watt_rates`."""
+    return classic("watt-2")
+
+
+def shaper():
+    """A crank shaper whose ram and block rub and cut."""
+    loads = {"opposing": {"ram": 300.0}, "friction": {"block": 0.1}, "masses": {"S": 2.0}, "gravity": [0, -9.81]}
+    return explore.Linkage(classic("crank-shaper").content | {"loads": loads})
 
 
 #: Title, mechanism, ranges of parameters, question, and the peers' question.
@@ -70,6 +82,7 @@ ALONE = (
     ("torque rms, inertia", "crank-rocker", LOADED, {"metrics": ["drive_torque_rms"]}),
     ("positive work, inertia", "crank-rocker", LOADED, {"metrics": ["positive_work"]}),
     ("torque rms, friction", "slider-crank", FRICTION, {"metrics": ["drive_torque_rms"]}),
+    ("table, torque rms, friction", shaper, SHAPER, {"metrics": ["drive_torque_rms"]}),
     ("default columns, friction", "variable-crank", GROOVE, {}),
     ("perimeter", "gears", GEARS, {"metrics": ["perimeter"]}),
     ("1 point, velocity peak", "crank-rocker", COUPLER, {"metrics": ["P_velocity_max"], "points": ["P"]}),
@@ -127,7 +140,8 @@ def main() -> None:
     for request in COMPARED:
         compare(*request)
     for title, mechanism, ranges, question in ALONE:
-        declared = find_mechanism(mechanism, question.get("points", ()))
+        source = mechanism() if callable(mechanism) else mechanism
+        declared = find_mechanism(source, question.get("points", ()))
         names = {parameter.name for parameter in declared.parameters}
         options = {"window": "cycle", **{key: value for key, value in question.items() if key != "points"}}
         designs = {name: column for name, column in drawn(ranges, 4096).items() if name in names}

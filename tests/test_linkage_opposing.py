@@ -80,6 +80,28 @@ def test_a_stroke_has_the_force_of_its_own_side():
                 assert columns[metric][moves] == pytest.approx(-300.0 * sign, rel=1e-12)
 
 
+@pytest.mark.parametrize("name", ["crank-shaper", "toggle-press", "watt-1", "slider-crank", "excavator"])
+def test_the_drive_gives_what_motions_against_forces_take(name):
+    """Over a turn, with jumps where anything turns back; designs are cut there together, in pieces."""
+    table = linkage_of(CASES[name]).mechanism.table
+    slots = [slot.name for slot in table.slots if slot.name != table.driver]
+    opposing = dict.fromkeys(slots, 50.0) | {link.name: 1.0 for link in table.links}
+    loads = {"opposing": opposing, "friction": dict.fromkeys(slots[:1], 0.1), "masses": {table.points[-1]: 1.0}}
+    linkage = with_loads(CASES[name], {key: load for key, load in loads.items() if load})
+    rng = np.random.default_rng(5)
+    designs = {key: value * rng.uniform(0.95, 1.05, 64) for key, value in values_of(CASES[name]).items()}
+    rows = explore.evaluate(
+        linkage, designs | {"speed": np.full(64, 5.0)}, window="cycle", tolerance=1e-11,
+        metrics=["drive_power_mean", "drive_power_rms", "friction_power_mean"],
+    )  # fmt: skip
+    rows = rows[rows["status"] == Status.OK]
+    assert len(rows) > 50
+    difference = (rows["drive_power_mean"] - rows["friction_power_mean"]).abs() / rows["drive_power_rms"]
+    assert difference.max() <= 1e-11
+    # The adaptive rule begins with 576.
+    assert rows["nodes"].median() < 500
+
+
 def test_motions_are_opposed_over_an_interval_of_a_blocked_crank_and_over_a_range():
     short, interval = values_of(SHAPER) | {"link": 20.0}, {"from": 80, "to": 100}
     linkage = with_loads(SHAPER, {"opposing": {"ram": 300}})

@@ -167,7 +167,7 @@ def _quadrature_of(request: Request, metric: SampledMetric) -> Quadrature:
     declared, signal = request.kernel.quadrature, metric.signal
     if signal.has_corners:
         # A corner between the nodes of a rule may hide from its check.
-        return _resolved(declared) if signal.corners_at and not request.kernel.senses else _adaptive(declared)
+        return _resolved(declared) if signal.corners_at else _adaptive(declared)
     if isinstance(declared, Located) and (request.breaks or metric.window.kind == "clutch" or is_power(metric)):
         # A distance is one of all laws together, and the phases of clutches are not known before sampling.
         return _resolved(declared)
@@ -212,7 +212,7 @@ def _sample(
     cornered, added = _added_corners(mechanism, metrics, parameters)
     plain, cornered = active & ~cornered, active & cornered
     run(np.flatnonzero(plain), quadrature, own)  # without designs too, which compiles
-    is_known = quadrature != adaptive and "" not in added and not mechanism.senses
+    is_known = quadrature != adaptive and "" not in added
     if cornered.any():
         run(np.flatnonzero(cornered), _resolved(mechanism.quadrature) if is_known else adaptive, own | added)
     doubtful = excess > LARGEST_EXCESS

@@ -3,13 +3,13 @@
 from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.bounds import FLAG_EXTREMES
-from explore.evaluation.quadrature.chunks import gather_constants
 from explore.evaluation.quadrature.equispaced import place_equispaced, place_equispaced_factors, repeat_turn
 from explore.evaluation.quadrature.extremes import RESULT, find_minimum
 from explore.evaluation.quadrature.panels import ANCHOR, COUNT, LAW, PANEL_CAPACITY, SCALE, VARIANT
 from explore.evaluation.quadrature.pieces import add_coefficients
 from explore.evaluation.quadrature.resolving import CHECKS, place_checks, resolve_rows
 from explore.evaluation.quadrature.rounding import fill_roundings
+from explore.evaluation.quadrature.senses import leave_other_senses
 from explore.evaluation.quadrature.slots import MAXIMUM, MINIMUM
 from explore.evaluation.quadrature.tails import fill_roots, place_factors
 from explore.evaluation.quadrature.tiles import (
@@ -18,9 +18,9 @@ from explore.evaluation.quadrature.tiles import (
     INTEGRAL,
     SUMS_SIZE,
     fill_moments,
-    gather_shapes,
     join_tails,
     place_nodes,
+    take_panels,
 )
 
 
@@ -100,13 +100,7 @@ def fill_bin(fill, disturbed_fill, sizes, tables, w, begin, end, ends, pieces, e
         place_factors(count, ends, unmodelled, tables.row_of, tables.rules, tile.factors)
     for start in range(begin, end, LANES):
         lanes = min(LANES, end - start)
-        for lane in range(LANES):
-            tile.lane_panels[lane] = work.order[start + min(lane, lanes - 1)]
-            tile.lane_designs[lane] = work.owner[tile.lane_panels[lane]]
-        gather_constants(
-            work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
-        )  # fmt: skip
-        gather_shapes(panels, tile.lane_panels, unmodelled, tile.shape)
+        take_panels(sizes, work.order[start : start + lanes], unmodelled, work, tile)
         if not is_turn:
             place_nodes(tile.shape, count, ends, tables.row_of, tables.rules, tile.tangents, tile.weights)
             fill_roots(tile.weights, samples, unmodelled, tile.roots)
@@ -118,6 +112,7 @@ def fill_bin(fill, disturbed_fill, sizes, tables, w, begin, end, ends, pieces, e
         if rare is not None:
             if pieces:
                 nodes = signals[sizes.rows * LANES :]
+                leave_other_senses(nodes, sizes.rows, tables, law, count, lanes, work, tile)
                 add_coefficients(
                     nodes, sizes.rows, tables.flags[w], count, tables.piece_factors, tile.sums, tile.parts
                 )  # fmt: skip

@@ -8,20 +8,12 @@ adaptive rule, whose search `explore.evaluation.quadrature.zeros` is denser.
 
 from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
-from explore.evaluation.quadrature.adaptive import place_part
 from explore.evaluation.quadrature.bounds import ROUNDING
 from explore.evaluation.quadrature.brent import TRIAL, fill_trial_tangents
-from explore.evaluation.quadrature.chunks import gather_constants, sort_by_rule
-from explore.evaluation.quadrature.equispaced import leave_panel
-from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, COUNT, HALF, LAW, LENGTH, SINGULAR, VARIANT
-from explore.evaluation.quadrature.pieces import fewest_nodes
-from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, gather_shapes, place_nodes
-from explore.evaluation.quadrature.zeros import MOST_ZEROS, half_angle, insert
+from explore.evaluation.quadrature.panels import ANCHOR, COUNT, LAW, VARIANT
+from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, place_nodes, take_panels
+from explore.evaluation.quadrature.zeros import MOST_ZEROS, insert
 
-#: Largest number of parts of a design's panels, over the number of panels.
-MOST_PARTS = 4
-#: Smallest number of nodes of a panel that is searched for zeros.
-_FEWEST_NODES = 24
 #: Factor on the depth of a dip below its samples, as a parabola tells, which 0 has to be clear of.
 _MARGIN = 8.0
 #: Slope at an end that is a zero, over curvature times distance to the next sample, that tells it is the only one.
@@ -44,37 +36,10 @@ SEARCH_SIZE = _DOUBT + LANES
 
 
 @subroutine()
-def cut_pieces(fill, sizes, tables, w, begin, until, count, work, tile):
-    """Cut the panels of the designs from `begin` to `until` where rows are at levels; return the number of panels.
-
-    They are in the order of the designs. Designs that are left to the adaptive rule keep their panels.
-    """
-    panels = work.panels
-    for k in range(count):
-        work.todo[k], panels[COUNT + k] = k, float(fewest_nodes(panels, k, _FEWEST_NODES))
-    n_bins = sort_by_rule(
-        panels, work.todo, count, tables.size_of, work.kinds, work.codes, work.histogram, work.order, work.starts
-    )
-    for k in range(count):
-        work.codes[k] = 0
-    for b in range(n_bins):
-        for start in range(work.starts[b], work.starts[b + 1], LANES):
-            lanes = min(LANES, work.starts[b + 1] - start)
-            _search_tile(fill, sizes, tables, w, work.order[start : start + lanes], work, tile)
-    return _rebuild(work, begin, until)
-
-
-@subroutine()
-def _search_tile(fill, sizes, tables, w, chosen, work, tile):
+def search_tile(fill, sizes, tables, w, first, last, chosen, work, tile):
     """Find where rows are at levels on the chosen panels: number in `codes`, -1 for doubtful, and positions."""
     panels, needs = work.panels, tables.needs[w]
-    for lane in range(LANES):
-        tile.lane_panels[lane] = chosen[min(lane, len(chosen) - 1)]
-        tile.lane_designs[lane] = work.owner[tile.lane_panels[lane]]
-    gather_constants(
-        work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
-    )  # fmt: skip
-    gather_shapes(panels, tile.lane_panels, True, tile.shape)
+    take_panels(sizes, chosen, True, work, tile)
     k = chosen[0]
     anchor, law, variant, count = (
         int(panels[ANCHOR + k]), int(panels[LAW + k]), int(panels[VARIANT + k]), int(panels[COUNT + k])
@@ -82,7 +47,7 @@ def _search_tile(fill, sizes, tables, w, chosen, work, tile):
     place_nodes(tile.shape, count, True, tables.row_of, tables.rules, tile.tangents, tile.weights)
     fill(tile.constants, tile.tangents, anchor, law, variant, count + 2, needs, tile.signals)
     state = tile.search
-    for c in range(len(tables.corner_rows)):
+    for c in range(first, last):
         row, terms_row, level = tables.corner_rows[c, 0], tables.corner_rows[c, 1], tables.corner_levels[c]
         doubtful_ends = False
         for lane in range(LANES):
@@ -252,49 +217,3 @@ def _update(state, values, level):
         state[_X1 + lane], state[_X2 + lane], state[_X3 + lane] = x1, x2, x3
         state[_F1 + lane], state[_F2 + lane], state[_F3 + lane] = f1, f2, f3
         state[_SHARE + lane] = min(max(share, least), 1.0 - least)
-
-
-@subroutine()
-def _parts(work, i):
-    """Number of panels of a design after the cuts; 0 where it is left to the adaptive rule."""
-    parts, first = work.panel_count[i], work.first_panel[i]
-    for k in range(first, first + work.panel_count[i]):
-        if work.codes[k] < 0:
-            return 0
-        parts += work.codes[k]
-    return parts if parts <= MOST_PARTS * work.panel_count[i] else 0
-
-
-@subroutine()
-def _rebuild(work, begin, until):
-    """Replace the panels of all designs by their parts, from the last one on; return the number of panels."""
-    total = 0
-    for i in range(begin, until):
-        parts = _parts(work, i)
-        total += parts if parts > 0 else work.panel_count[i]
-    to = total
-    for i in range(until - 1, begin - 1, -1):
-        first, parts = work.first_panel[i], _parts(work, i)
-        for k in range(first + work.panel_count[i] - 1, first - 1, -1):
-            cuts = work.codes[k] if parts > 0 else 0
-            to -= cuts + 1
-            _cut_panel(work, k, to, work.corners[k * MOST_ZEROS :], cuts)
-        work.first_panel[i] = to
-        if parts > 0:
-            work.panel_count[i] = parts
-        else:
-            leave_panel(work.panels, to)
-    return total
-
-
-@subroutine()
-def _cut_panel(work, k, to, zeros, cuts):
-    """Place the parts of panel k from the number `to` on, which is not before k."""
-    panels, centre, half, length = work.panels, work.panels[CENTRE + k], work.panels[HALF + k], work.panels[LENGTH + k]
-    for part in range(cuts, -1, -1):
-        begin, end = zeros[part - 1] if part > 0 else -1.0, zeros[part] if part < cuts else 1.0
-        length = length if cuts == 0 else 2.0 * (half_angle(panels, k, end) - half_angle(panels, k, begin))
-        place_part(
-            panels, work.owner, k, to + part, centre + 0.5 * half * (begin + end), 0.5 * half * (end - begin)
-        )  # fmt: skip
-        panels[LENGTH + to + part], panels[SINGULAR + to + part] = length, 1.0

@@ -7,7 +7,7 @@ from explore.evaluation.quadrature.adaptive import cut_panels
 from explore.evaluation.quadrature.bounds import FLAG_CV, FLAG_EXTREMES, FLAG_STD
 from explore.evaluation.quadrature.chunks import add_panels, constant
 from explore.evaluation.quadrature.clutches import shorten_to_clutches
-from explore.evaluation.quadrature.corners import MOST_PARTS, cut_pieces
+from explore.evaluation.quadrature.cutting import MOST_PARTS, cut_pieces
 from explore.evaluation.quadrature.ellipses import bound_rates_by_ellipse
 from explore.evaluation.quadrature.equispaced import choose_equispaced, leave_panels
 from explore.evaluation.quadrature.panels import (
@@ -57,10 +57,12 @@ def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, er
     turns. The error of a design with more corners than its panels are cut at is infinite.
     """
     _, powers, pole_order, headroom, pieces = demands
-    is_cut = pieces and len(tables.corner_rows) > 0
+    is_cut, capacity = pieces and len(tables.corner_rows) > 0, PANEL_CAPACITY
+    if is_cut:
+        capacity //= MOST_PARTS * (MOST_PARTS + tables.sense_count if tables.sense_count > 0 else 1)
     until, count, stride = add_panels(
         work.constants, sizes.n_constants, begin, begin + 1 if tables.is_adaptive else len(here),
-        PANEL_CAPACITY // MOST_PARTS if is_cut else PANEL_CAPACITY, tables.windows[w],
+        capacity, tables.windows[w],
         tables.intervals[w], tables.breaks, tables.singular_rows, sizes.variant_row, work.panels, work.first_panel,
         work.panel_count, work.owner, work.positions,
     )  # fmt: skip
@@ -92,7 +94,7 @@ def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, er
             return until, count, stride, count, False
         if pieces:
             if is_cut:
-                count = cut_pieces(fill, sizes, tables, w, begin, until, count, work, tile)
+                count = cut_pieces(fill, disturbed_fill, sizes, tables, w, begin, until, count, work, tile)
             open_pieces(work, sums, tables.flags[w], tables.tolerance, count)
             return until, count, stride, count, False
     target, per_design, share = math.log(tables.tolerance), 0, 0.0

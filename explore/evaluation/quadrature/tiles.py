@@ -3,6 +3,7 @@
 from explore.base.compiling import FILL_SIGNATURE, LANES, function_type
 from explore.base.lanes.elementary import exponential
 from explore.base.subroutines import subroutine
+from explore.evaluation.quadrature.chunks import gather_constants
 from explore.evaluation.quadrature.panels import CENTRE, DECAY, HALF, SCALE
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
 
@@ -38,6 +39,18 @@ def gather_shapes(panels, lane_panels, is_adaptive, shape):
         shape[TILE_SCALE + lane], shape[_DECAY + lane] = panels[SCALE + k], panels[DECAY + k]
         shape[TILE_RESOLUTION + lane] = max(panels[HALF + k], _FINEST) if is_adaptive else 1.0
     _scale_exponentials(shape)
+
+
+@subroutine()
+def take_panels(sizes, chosen, is_adaptive, work, tile):
+    """Fill panels, designs, constants and shapes of a tile from the chosen panels, the last one in the lanes left."""
+    for lane in range(LANES):
+        tile.lane_panels[lane] = chosen[min(lane, len(chosen) - 1)]
+        tile.lane_designs[lane] = work.owner[tile.lane_panels[lane]]
+    gather_constants(
+        work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
+    )  # fmt: skip
+    gather_shapes(work.panels, tile.lane_panels, is_adaptive, tile.shape)
 
 
 @subroutine(fast=True, no_alias=True)

@@ -12,7 +12,8 @@ from numba import types
 from explore.base.compiling import LANES
 from explore.evaluation.quadrature.bounds import BOUNDS_SIZE, CHUNK
 from explore.evaluation.quadrature.chunks import CODES, MOST_KINDS
-from explore.evaluation.quadrature.corners import MOST_PARTS, SEARCH_SIZE
+from explore.evaluation.quadrature.corners import SEARCH_SIZE
+from explore.evaluation.quadrature.cutting import MOST_PARTS
 from explore.evaluation.quadrature.extremes import STATE_SIZE
 from explore.evaluation.quadrature.hand_over import HAND_OVER_SIZE
 from explore.evaluation.quadrature.panels import PANEL_CAPACITY, PANELS_SIZE

@@ -174,6 +174,15 @@ def half_angle(panels, k, position):
     return math.atan(0.5 * panels[SCALE + k] * (growth - 1.0 / growth))
 
 
+@subroutine(inlined=True)
+def code_of_sense(value, change):
+    """What a law says of a signal: 1 where it is positive, 2 where it is negative, 0 where all that it is is rounding.
+
+    `change` is what disturbing its operations and its node by `DISTURBANCE` changes.
+    """
+    return 0.0 if abs(value) <= _ROUNDED * change else 1.0 if value > 0.0 else 2.0
+
+
 @subroutine()
 def _tell_senses(fill, disturbed_fill, needs, row, panels, k, found, weight, tile):
     """Add to the laws of the parts of panel k, in the tile's weights, the code of a row's sign there.
@@ -193,7 +202,7 @@ def _tell_senses(fill, disturbed_fill, needs, row, panels, k, found, weight, til
             value = tile.node_signals[row * LANES + lane]
             largest = value if abs(value) > abs(largest) else largest
             change = max(change, abs(tile.disturbed[row * LANES + lane] - value))
-        codes[i] = 0.0 if abs(largest) <= _ROUNDED * change else 1.0 if largest > 0.0 else 2.0
+        codes[i] = code_of_sense(largest, change)
     for i in range(found - 1, -1, -1):
         codes[i] = codes[i + 1] if codes[i] == 0.0 else codes[i]
     for i in range(found + 1):
