@@ -40,24 +40,39 @@ def wait_ready(page) -> float:
 
 @contextmanager
 def silent_page(browser, path: Path, **options):
-    """Open a page from disk without a network; a request, message, dialog or error fails the test."""
+    """Open a page from disk in a new tab without a network; a request, message, dialog or error fails the test."""
+    with browser.new_context(offline=True, **options) as context, silence(context.new_page()) as tab:
+        open_page(tab, path)
+        yield tab
+
+
+def open_page(tab, path: Path) -> None:
+    """Open a page from disk, again if it is open, with the mouse where nothing is."""
+    tab.mouse.move(0, 0)
+    tab.goto(path.as_uri())
+    wait_ready(tab)
+
+
+@contextmanager
+def silence(tab):
+    """Requests, messages, dialogs and errors of a tab fail the test."""
     events: list[str] = []
-    with browser.new_context(offline=True, **options) as context:
-        page = context.new_page()
-        page.on("console", lambda message: events.append(f"console: {message.text}"))
-        page.on("pageerror", lambda error: events.append(f"error: {error}"))
-        page.on("dialog", lambda dialog: (events.append(f"dialog: {dialog.message}"), dialog.dismiss()))
-        page.on("request", lambda request: _record_request(request.url, events))
-        page.goto(path.as_uri())
-        wait_ready(page)
-        yield page
+    listeners = {
+        "console": lambda message: events.append(f"console: {message.text}"),
+        "pageerror": lambda error: events.append(f"error: {error}"),
+        "dialog": lambda dialog: (events.append(f"dialog: {dialog.message}"), dialog.dismiss()),
+        # A file that the page saves has a blob: address, which needs no network either.
+        "request": lambda request: (
+            None if request.url.startswith(("file:", "blob:")) else events.append(f"request: {request.url}")
+        ),
+    }
+    for name, listener in listeners.items():
+        tab.on(name, listener)
+    yield tab
+    settle(tab)  # what is under way has arrived
+    for name, listener in listeners.items():
+        tab.remove_listener(name, listener)
     assert events == []
-
-
-def _record_request(url: str, events: list[str]) -> None:
-    # A file that the page saves has a blob: address, which needs no network either.
-    if not url.startswith(("file:", "blob:")):
-        events.append(f"request: {url}")
 
 
 def select(page, axis: int, start: float, stop: float) -> None:

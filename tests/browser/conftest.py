@@ -6,7 +6,7 @@ import pytest
 from command_line import call
 from studies import box, sweep_text
 
-from browser.chromium import find_browser, find_driver, silent_page
+from browser.chromium import find_browser, find_driver, open_page, silence, silent_page
 
 #: Designs that are feasible, screened, undefined, blocked or cannot be assembled; few, so each value is compared.
 STUDY = """mechanism = "crank-rocker"
@@ -65,7 +65,22 @@ def frame(study):
     return study.to_pandas()
 
 
+@pytest.fixture(scope="package")
+def tab(browser):
+    """A tab for one page after the other, which takes half of the time of a new one."""
+    with browser.new_context(offline=True, viewport={"width": 1400, "height": 1800}) as context:
+        yield context.new_page()
+
+
 @pytest.fixture
-def page(browser, study):
+def page(tab, study):
+    with silence(tab):
+        open_page(tab, study.path.with_suffix(".html"))
+        yield tab
+
+
+@pytest.fixture(scope="package")
+def unchanged_page(browser, study):
+    """The same page, opened once for all tests that only read it or call its functions."""
     with silent_page(browser, study.path.with_suffix(".html"), viewport={"width": 1400, "height": 1800}) as page:
         yield page

@@ -34,15 +34,18 @@ PLACES = """angles => {
 
 @pytest.fixture(scope="module")
 def dwells(tmp_path_factory):
+    """Linkages with their page beside the file."""
     folder = tmp_path_factory.mktemp("dwell")
     (folder / "task.toml").write_text(TASK)
-    return explore.synthesize(folder / "task.toml", folder / "dwells.h5")
+    results = explore.synthesize(folder / "task.toml", folder / "dwells.h5")
+    report_of(results.path)
+    return results
 
 
 @pytest.mark.parametrize("width", [1400, 390])
 def test_the_slider_moves_as_in_the_figures(browser, dwells, width):
     angles = np.arange(0.0, 360.0, 7.5)
-    with silent_page(browser, report_of(dwells.path), viewport={"width": width, "height": 900}) as page:
+    with silent_page(browser, dwells.path.with_suffix(".html"), viewport={"width": width, "height": 900}) as page:
         design = page.evaluate("exploreReport.page.model.designs[exploreReport.page.shared.chosen.row]")
         simulated = simulate_design(dwells, int(design))
         expected = simulated.pose(angles).points(simulated.drawing)
@@ -64,7 +67,8 @@ def test_the_slider_moves_as_in_the_figures(browser, dwells, width):
 
 def test_the_dwell_is_shaded_on_its_curve(browser, dwells):
     """The colour behind the curve at the middle of the dwell is not that opposite to it."""
-    with silent_page(browser, report_of(dwells.path), reduced_motion="reduce", color_scheme="light") as page:
+    options = {"reduced_motion": "reduce", "color_scheme": "light"}
+    with silent_page(browser, dwells.path.with_suffix(".html"), **options) as page:
         design = page.evaluate("exploreReport.page.model.designs[exploreReport.page.shared.chosen.row]")
         start, stop = simulate_design(dwells, int(design)).slider.dwell
         shades = page.evaluate(

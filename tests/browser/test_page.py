@@ -21,9 +21,9 @@ def visible_texts(page, field):
     return [text.replace("−", "-").replace(",", "") for text in cells.all_inner_texts()]
 
 
-def test_the_page_shows_the_facts_of_the_file(page, study, frame):
-    text = page.locator("body").inner_text()
-    assert page.title() == "small: report"
+def test_the_page_shows_the_facts_of_the_file(unchanged_page, study, frame):
+    text = unchanged_page.locator("body").inner_text()
+    assert unchanged_page.title() == "small: report"
     for label, count in study.counts.items():
         assert label.replace("_", " ") in text
         assert f"{count:,}" in text
@@ -38,8 +38,8 @@ def chosen_title(page):
     return page.locator("#design h2").inner_text().strip()
 
 
-def test_the_page_names_the_designs_nearest_to_feasible(browser, page, tmp_path):
-    assert "Nearest to feasible" not in page.locator("body").inner_text()  # enough is feasible
+def test_the_page_names_the_designs_nearest_to_feasible(browser, unchanged_page, tmp_path):
+    assert "Nearest to feasible" not in unchanged_page.locator("body").inner_text()  # enough is feasible
     text = sobol(2000) + "swing_angle = { min = 60 }\ntime_ratio = { max = 1.001 }\n"
     results = sweep_text(tmp_path, text, "none")
     nearest = explore.nearest(results, 10)
@@ -112,6 +112,23 @@ def test_every_control_has_a_label_and_is_reached_by_tab(page):
     assert {"grid", "command", "play", "export"} <= focused
 
 
+def assert_colours_contrast_with_the_panel(page):
+    style = "getComputedStyle(document.documentElement).getPropertyValue"
+    panel, ramp = (page.evaluate(f"{style}('{name}')") for name in ("--panel", "--ramp"))
+    luminances = [luminance(colour) for colour in ramp.split(", ")]
+    assert luminances == sorted(luminances)
+    for value in luminances:
+        dark, bright = sorted([value, luminance(panel)])
+        assert (bright + 0.05) / (dark + 0.05) >= 2.0
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance of "#rrggbb" as in the Web Content Accessibility Guidelines."""
+    components = [int(colour.strip()[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
+    linear = [value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4 for value in components]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
 def test_the_theme_follows_the_system_and_the_button(browser, study):
     path = study.path.with_suffix(".html")
     backgrounds = {}
@@ -119,6 +136,7 @@ def test_the_theme_follows_the_system_and_the_button(browser, study):
         with silent_page(browser, path, color_scheme=scheme) as page:
             background = "getComputedStyle(document.body).backgroundColor"
             backgrounds[scheme] = page.evaluate(background)
+            assert_colours_contrast_with_the_panel(page)
             images = [page.evaluate("document.querySelector('#scatter canvas').toDataURL()")]
             page.locator(".theme").click()
             settle(page)
@@ -150,32 +168,13 @@ def test_the_page_is_printed_light_without_controls(browser, study):
         assert 400 < canvas[1] < 500
 
 
-def test_the_counts_of_each_status_have_bars(page, frame):
-    rows = page.locator("#study-facts table").first.locator("tr")
+def test_the_counts_of_each_status_have_bars(unchanged_page, frame):
+    rows = unchanged_page.locator("#study-facts table").first.locator("tr")
     assert rows.count() == frame["status"].nunique()
     for row in rows.all():
         bar, label = row.locator(".share i").bounding_box(), row.locator("th").bounding_box()
         assert bar["width"] >= 3.0
         assert 0.0 < bar["y"] - label["y"] < 15.0  # within the first line of the label
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_all_colours_of_the_scale_contrast_with_the_panel(browser, study, scheme):
-    with silent_page(browser, study.path.with_suffix(".html"), color_scheme=scheme) as page:
-        style = "getComputedStyle(document.documentElement).getPropertyValue"
-        panel, ramp = (page.evaluate(f"{style}('{name}')") for name in ("--panel", "--ramp"))
-    luminances = [luminance(colour) for colour in ramp.split(", ")]
-    assert luminances == sorted(luminances)
-    for value in luminances:
-        dark, bright = sorted([value, luminance(panel)])
-        assert (bright + 0.05) / (dark + 0.05) >= 2.0
-
-
-def luminance(colour: str) -> float:
-    """Relative luminance of "#rrggbb" as in the Web Content Accessibility Guidelines."""
-    components = [int(colour.strip()[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
-    linear = [value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4 for value in components]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
 @pytest.mark.parametrize(("count", "megabytes", "seconds"), [(10_000, 3.0, 2.0), (100_000, 10.0, 5.0)])
@@ -326,13 +325,17 @@ def test_an_axis_without_values_has_no_ticks(browser, tmp_path):
         assert page.locator("#scatter .tick").count() == 0
 
 
-@pytest.mark.parametrize("width", [60, 120, 200])
-def test_no_rectangle_has_a_negative_size_in_a_narrow_window(browser, study, width):
+def test_no_rectangle_has_a_negative_size_in_a_narrow_window(browser, study):
     """The browser says so on its console, which fails the test as well."""
-    with silent_page(browser, study.path.with_suffix(".html"), viewport={"width": width, "height": 800}) as page:
-        settle(page)
-        sizes = page.evaluate(
-            "Array.from(document.querySelectorAll('rect'), r => [r.getAttribute('width'), r.getAttribute('height')])"
-        )
-        assert page.evaluate("document.querySelector('#scatter svg').clientWidth") > 0
-    assert [size for pair in sizes for size in pair if size is not None and float(size) < 0.0] == []
+    drawn = []
+    with silent_page(browser, study.path.with_suffix(".html"), viewport={"width": 60, "height": 800}) as page:
+        for width in (60, 120, 200):
+            page.set_viewport_size({"width": width, "height": 800})
+            settle(page)
+            sizes = page.evaluate(
+                "Array.from(document.querySelectorAll('rect'),"
+                " r => [r.getAttribute('width'), r.getAttribute('height')])"
+            )
+            assert [size for pair in sizes for size in pair if size is not None and float(size) < 0.0] == [], width
+            drawn.append(page.evaluate("document.querySelector('#scatter svg').clientWidth"))
+    assert 0 < drawn[0] < drawn[2]

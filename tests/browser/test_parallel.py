@@ -24,11 +24,11 @@ def canvas_image(page):
     return page.evaluate("document.querySelector('#parallel canvas').toDataURL()")
 
 
-def test_headings_of_objectives_show_the_better_direction(page):
-    texts = {text.split("\n")[0]: text for text in page.locator("#parallel .heading").all_inner_texts()}
+def test_headings_of_objectives_show_the_better_direction(unchanged_page):
+    texts = {text.split("\n")[0]: text for text in unchanged_page.locator("#parallel .heading").all_inner_texts()}
     better = {name: text.split("\n")[-1] for name, text in texts.items() if "better" in text}
     assert better == {"cv": "▼ better", "swing angle": "▲ better"}
-    assert "small is better" in heading(page, "cv").get_attribute("aria-label")
+    assert "small is better" in heading(unchanged_page, "cv").get_attribute("aria-label")
 
 
 def test_arrow_keys_move_an_axis_and_its_brush(page):
@@ -83,25 +83,29 @@ def test_a_column_colours_the_lines(page, frame):
     assert canvas_image(page) == kind_colours
 
 
-def test_opacity_falls_with_the_number_of_lines_and_is_lowest_for_infeasible_ones(page):
+def test_opacity_falls_with_the_number_of_lines_and_is_lowest_for_infeasible_ones(unchanged_page):
     opacity = "([kind, lines]) => exploreReport.opacity(kind, lines)"
     for kind in (0, 1, 2):
-        few, some, many = (page.evaluate(opacity, [kind, lines]) for lines in (3, 200, 825))
+        few, some, many = (unchanged_page.evaluate(opacity, [kind, lines]) for lines in (3, 200, 825))
         assert few > some > many or (kind < 2 and few > some >= many)
     # 825 lines of 1.3 pixels on 250 pixels: four lines cover a pixel, and half of the background shows.
-    assert (1.0 - page.evaluate(opacity, [2, 825])) ** 4 > 0.5
+    assert (1.0 - unchanged_page.evaluate(opacity, [2, 825])) ** 4 > 0.5
     for lines in (1, 30, 400):
-        infeasible, feasible, front = (page.evaluate(opacity, [kind, lines]) for kind in (0, 1, 2))
+        infeasible, feasible, front = (unchanged_page.evaluate(opacity, [kind, lines]) for kind in (0, 1, 2))
         assert infeasible < feasible <= front
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_crosses_in_the_scatter_are_pale(browser, tmp_path, scheme):
-    """Most orange pixels, which are those of infeasible designs, have an opacity below one half."""
-    # This constraint needs samples. Those that do not screen, and screened designs have no values to show.
+@pytest.fixture(scope="module")
+def many_infeasible(tmp_path_factory):
+    """A page whose constraint needs samples: such do not screen, and screened designs have no values to show."""
     text = STUDY.replace("rocker_velocity_mean = { min = 0.8, max = 1.2 }", "rocker_velocity_max = { max = 0.9 }")
-    path = report_of(sweep_text(tmp_path, text, "pale").path)
-    with silent_page(browser, path, color_scheme=scheme) as page:
+    return report_of(sweep_text(tmp_path_factory.mktemp("pale"), text, "pale").path)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_crosses_in_the_scatter_are_pale(browser, many_infeasible, scheme):
+    """Most orange pixels, which are those of infeasible designs, have an opacity below one half."""
+    with silent_page(browser, many_infeasible, color_scheme=scheme) as page:
         n_pixels, median_alpha = page.evaluate(
             """() => {
                 const canvas = document.querySelector("#scatter canvas");

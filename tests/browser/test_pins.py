@@ -55,10 +55,10 @@ def moving(frame):
 
 
 @pytest.fixture
-def still_page(browser, study):
-    options = {"viewport": {"width": 1400, "height": 1800}, "color_scheme": "light", "reduced_motion": "reduce"}
-    with silent_page(browser, study.path.with_suffix(".html"), **options) as page:
-        yield page
+def still_page(page):
+    page.emulate_media(color_scheme="light", reduced_motion="reduce")
+    yield page
+    page.emulate_media(color_scheme="null", reduced_motion="null")
 
 
 def test_the_mechanisms_are_drawn_to_one_scale(still_page, frame):
@@ -175,9 +175,8 @@ def test_a_pinned_design_without_a_motion_is_shown_in_numbers(still_page, frame,
     assert not still_page.locator("canvas.picture").is_visible()
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_a_narrow_page_does_not_scroll_sideways(browser, study, moving, scheme):
-    options = {"viewport": {"width": 390, "height": 844}, "color_scheme": scheme, "reduced_motion": "reduce"}
+def test_a_narrow_page_does_not_scroll_sideways(browser, study, moving):
+    options = {"viewport": {"width": 390, "height": 844}, "reduced_motion": "reduce"}
     with silent_page(browser, study.path.with_suffix(".html"), **options) as page:
         pin(page, *moving[:4], chosen=moving[4])
         assert page.evaluate("document.documentElement.scrollWidth") == 390

@@ -48,21 +48,21 @@ def export_csv(page, tmp_path):
     return path, table
 
 
-def test_the_page_holds_all_columns_exactly(page, frame):
+def test_the_page_holds_all_columns_exactly(unchanged_page, frame):
     for name in frame.columns:
-        column = page.evaluate(
+        column = unchanged_page.evaluate(
             "name => Array.from(exploreReport.page.model.byName.get(name).values, v => Number.isNaN(v) ? null : v)",
             name,
         )
         np.testing.assert_array_equal(np.array(column, float), frame[name].to_numpy(float), err_msg=name)
-    assert page.evaluate("Array.from(exploreReport.page.model.designs)") == frame.index.tolist()
+    assert unchanged_page.evaluate("Array.from(exploreReport.page.model.designs)") == frame.index.tolist()
 
 
-def test_the_kinds_of_designs_agree_with_the_ranking(page, study, frame):
+def test_the_kinds_of_designs_agree_with_the_ranking(unchanged_page, study, frame):
     import explore
 
     front = explore.rank(study).index
-    kinds = np.array(page.evaluate("Array.from(exploreReport.page.model.kinds)"))
+    kinds = np.array(unchanged_page.evaluate("Array.from(exploreReport.page.model.kinds)"))
     assert sorted(frame.index[kinds == 2]) == sorted(front)
     assert (kinds > 0).tolist() == frame["feasible"].tolist()
 
@@ -118,8 +118,8 @@ def test_the_csv_contains_the_selection(page, frame, tmp_path):
     assert table.sort_index()["cv"].tolist() == expected
 
 
-def test_the_csv_of_all_designs_keeps_undefined_values(page, frame, tmp_path):
-    _, table = export_csv(page, tmp_path)
+def test_the_csv_of_all_designs_keeps_undefined_values(unchanged_page, frame, tmp_path):
+    _, table = export_csv(unchanged_page, tmp_path)
     pd.testing.assert_frame_equal(table.sort_index(), frame, check_dtype=False, check_exact=True)
     assert table["cv"].isna().any()
 

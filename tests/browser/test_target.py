@@ -32,10 +32,17 @@ length = "in"
 """
 
 
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Two designs with their page beside the file."""
+    results = sweep_text(tmp_path_factory.mktemp("target"), STUDY, "path")
+    report_of(results.path)
+    return results
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_the_distance_to_the_target_agrees_with_the_figure(browser, tmp_path, scheme):
-    results = sweep_text(tmp_path, STUDY, "path")
-    path = report_of(results.path)
+def test_the_distance_to_the_target_agrees_with_the_figure(browser, results, scheme):
+    path = results.path.with_suffix(".html")
     best = int(explore.rank(results).index[0])
     error = path_chart(results, design=best).axes[1]
     curve = error.get_lines()[0]
