@@ -104,6 +104,9 @@ def _doubt(tile, rule, table, count, lane):
         after = tile.roots[(j + 1) * LANES + lane]
         sign = 1.0 if here > 0.0 else -1.0
         before, here, after = sign * before, sign * here, sign * after
+        is_dip = before > 0.0 and after > 0.0 and here <= min(before, after)
+        if not is_dip and 1 < j < count:  # most samples are neither
+            continue
         if here <= tile.weights[j * LANES + lane] and max(abs(before), abs(after)) <= tile.weights[j * LANES + lane]:
             continue
         x0, x1 = _place(table, rule, count, j - 1), _place(table, rule, count, j)
@@ -112,7 +115,7 @@ def _doubt(tile, rule, table, count, lane):
         curvature = (to_right - to_left) / (x2 - x0)
         if curvature <= 0.0:
             continue
-        if before > 0.0 and after > 0.0 and here <= min(before, after):
+        if is_dip:
             slope = (to_left * (x2 - x1) + to_right * (x1 - x0)) / (x2 - x0)
             if here <= _MARGIN * 0.25 * slope * slope / curvature:
                 return _DIP
