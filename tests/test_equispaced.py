@@ -197,8 +197,8 @@ def test_a_turn_takes_no_longer_than_two_graded_halves(monkeypatch):
     designs = dict(zip(("crank", "coupler", "rocker", "ground"), lengths, strict=True))
     names = ["rocker_velocity_variance", "transmission_angle_mean"]
     columns = turns(designs, names, 1e-9)
-    monkeypatch.setattr("explore.evaluation.sampled.specify_window", lambda *_: (4, -1, -1, 0, -1, -1, -1, 0))
-    monkeypatch.setattr(sampled, "_loop_arguments", _over_an_interval(sampled._loop_arguments))
+    monkeypatch.setattr("explore.evaluation.loop_tables.specify_window", lambda *_: (4, -1, -1, 0, -1, -1, -1, 0))
+    monkeypatch.setattr(sampled, "loop_arguments", _over_an_interval(sampled.loop_arguments))
     halves = turns(designs, names[::-1], 1e-9)  # what follows from the other request is remembered
     computed = columns["status"] == Status.OK
     assert np.mean(computed) > 0.3

@@ -26,7 +26,7 @@ import numpy.typing as npt
 from explore.evaluation import constraints
 from explore.evaluation.derived import derive, has_any_of, has_required_parameters
 from explore.evaluation.kinematics import evaluate_kinematics
-from explore.evaluation.sampled import statistics_tolerance
+from explore.evaluation.loop_tables import statistics_tolerance
 from explore.model.columns import Arrays, Column
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, FloatArray, GivenMetric, Metric

@@ -13,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.base.compiling import INTEGRALS
+from explore.evaluation.loop_tables import statistics_tolerance
 from explore.evaluation.positions import Position, WindowPositions
 from explore.evaluation.quadrature.bounds import ROUNDING
 from explore.evaluation.quadrature.integrals import integrate
 from explore.evaluation.remembering import remembered
-from explore.evaluation.sampled import statistics_tolerance
 from explore.evaluation.statistics import moment_statistic, unit_factor
 from explore.evaluation.windows import interval_half_tangents, specify_window
 from explore.model.mechanism import Mechanism
