@@ -62,48 +62,30 @@ def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, er
         capacity //= MOST_PARTS * (MOST_PARTS + tables.sense_count if tables.sense_count > 0 else 1)
     until, count, stride = add_panels(
         work.constants, sizes.n_constants, begin, begin + 1 if tables.is_adaptive else len(here),
-        capacity, tables.windows[w],
-        tables.intervals[w], tables.breaks, tables.singular_rows, sizes.variant_row, work.panels, work.first_panel,
-        work.panel_count, work.owner, work.positions,
+        capacity, tables.windows[w], tables.intervals[w], tables.breaks, tables.singular_rows, sizes.variant_row,
+        work.panels, work.first_panel, work.panel_count, work.owner, work.positions,
     )  # fmt: skip
     map_panels(work.panels, count, tables.singular_anchors)
     if tables.is_located:
         bound_rates(work.panels, count)
         if tables.windows[w, KIND] == INTERVAL:
             bound_rates_by_ellipse(work.panels, count)
-    for i in range(begin, until):
-        total = 0.0
-        for p in range(work.panel_count[i]):
-            total += work.panels[LENGTH + work.first_panel[i] + p * stride]
-        work.averaging[i], work.rest[i], work.live[i - begin] = total, 0.0, i
-        noise = sizes.noise_row
-        work.noise[i] = constant(work.constants, sizes.n_constants, noise, i) if noise >= 0 else 0.0
+    _open_designs(sizes, begin, until, stride, work)
     if rare is not None:
         if tables.windows[w, CLUTCH]:
             shorten_to_clutches(fill, sizes, tables.windows[w], count, work, tile)
             map_panels(work.panels, count, tables.singular_anchors)
         if tables.is_adaptive:
-            uncut = count
-            if len(tables.corner_rows) > 0:
-                count, is_missed = cut_at_corners(
-                    fill, disturbed_fill, sizes, tables.needs[w], tables.corner_rows, tables.corner_levels,
-                    tables.sense_count, work, tile, count,
-                )  # fmt: skip
-                error[here[begin]] = math.inf if is_missed else error[here[begin]]
-            count = cut_panels(work, sums, sizes.rows, count, uncut)
+            count, is_missed = _open_adaptive(fill, disturbed_fill, sizes, tables, w, count, work, tile, sums)
+            error[here[begin]] = math.inf if is_missed else error[here[begin]]
             return until, count, stride, count, False
         if pieces:
             if is_cut:
                 count = cut_pieces(fill, disturbed_fill, sizes, tables, w, begin, until, count, work, tile)
             open_pieces(work, sums, tables.flags[w], tables.tolerance, count)
             return until, count, stride, count, False
-    target, per_design, share = math.log(tables.tolerance), 0, 0.0
-    for k in range(count):
-        if work.panel_count[work.owner[k]] != per_design:
-            # The errors of a design's panels add up.
-            per_design = work.panel_count[work.owner[k]]
-            share = max(headroom, HEADROOM + math.log(per_design))
-        work.panels[TARGET + k], work.todo[k] = target - share, k
+    target = math.log(tables.tolerance)
+    _set_targets(work, count, target, headroom)
     count_nodes(work.panels, count, pole_order)
     if tables.windows[w, KIND] != TURN or len(tables.breaks) > 0 or powers:
         if tables.is_located:
@@ -114,6 +96,41 @@ def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, er
     else:
         choose_equispaced(work.panels, until, pole_order, target - headroom, tables.is_located)
     return until, count, stride, _drop_second_halves(until, sizes.rows, tables.flags[w], work, sums), True
+
+
+@subroutine()
+def _open_designs(sizes, begin, until, stride, work):
+    """Fill what the window of each design is averaged over and its noise, and make the designs live."""
+    for i in range(begin, until):
+        total = 0.0
+        for p in range(work.panel_count[i]):
+            total += work.panels[LENGTH + work.first_panel[i] + p * stride]
+        work.averaging[i], work.rest[i], work.live[i - begin] = total, 0.0, i
+        noise = sizes.noise_row
+        work.noise[i] = constant(work.constants, sizes.n_constants, noise, i) if noise >= 0 else 0.0
+
+
+@subroutine(allocates=True)
+def _open_adaptive(fill, disturbed_fill, sizes, tables, w, count, work, tile, sums):
+    """Cut the panels of one design; return their number, and whether it has more corners than they are cut at."""
+    uncut, is_missed = count, False
+    if len(tables.corner_rows) > 0:
+        count, is_missed = cut_at_corners(
+            fill, disturbed_fill, sizes, tables.needs[w], tables.corner_rows, tables.corner_levels,
+            tables.sense_count, work, tile, count,
+        )  # fmt: skip
+    return cut_panels(work, sums, sizes.rows, count, uncut), is_missed
+
+
+@subroutine()
+def _set_targets(work, count, target, headroom):
+    """Fill the logarithms of the errors that panels may have: those of a design's panels add up."""
+    per_design, share = 0, 0.0
+    for k in range(count):
+        if work.panel_count[work.owner[k]] != per_design:
+            per_design = work.panel_count[work.owner[k]]
+            share = max(headroom, HEADROOM + math.log(per_design))
+        work.panels[TARGET + k], work.todo[k] = target - share, k
 
 
 @subroutine()
