@@ -12,15 +12,36 @@ EXPECTED = ("the server responded with a status of 4", "net::ERR_CONNECTION_REFU
 def service_page(browser, served, **options):
     """A page in a context of its own; there must be no errors and no requests elsewhere."""
     wrong = []
-    context = browser.new_context(**options)
-    page = context.new_page()
-    page.on("console", lambda message: wrong.append(message.text) if is_unexpected(message.text) else None)
-    page.on("pageerror", lambda error: wrong.append(str(error)))
-    page.on("request", lambda request: wrong.append(request.url) if not is_own(request.url, served) else None)
-    page.on("dialog", lambda dialog: dialog.accept())
-    yield page
-    context.close()
+    with browser.new_context(**options) as context:
+        page = context.new_page()
+        page.on("dialog", lambda dialog: dialog.accept())
+        for name, listener in listeners(wrong, served).items():
+            page.on(name, listener)
+        yield page
     assert wrong == [], wrong
+
+
+@contextlib.contextmanager
+def watched(page, served):
+    """There must be no errors and no requests elsewhere meanwhile; the page is left empty."""
+    wrong = []
+    own = listeners(wrong, served)
+    for name, listener in own.items():
+        page.on(name, listener)
+    yield page
+    page.goto("about:blank")
+    for name, listener in own.items():
+        page.remove_listener(name, listener)
+    assert wrong == [], wrong
+
+
+def listeners(wrong, served):
+    """What notes messages, errors and requests elsewhere of a page."""
+    return {
+        "console": lambda message: wrong.append(message.text) if is_unexpected(message.text) else None,
+        "pageerror": lambda error: wrong.append(str(error)),
+        "request": lambda request: wrong.append(request.url) if not is_own(request.url, served) else None,
+    }
 
 
 def is_unexpected(text):

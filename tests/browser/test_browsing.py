@@ -4,7 +4,7 @@ import pytest
 from served import serving
 
 import explore
-from browser.service_pages import accessibility_faults, service_page
+from browser.service_pages import accessibility_faults, service_page, watched
 
 GRID = """mechanism = "crank-rocker"
 [parameters]
@@ -42,14 +42,22 @@ def frame(served):
     return explore.read_results(served.folder / "results" / "grid.h5")
 
 
+@pytest.fixture(scope="module")
+def tab(browser, served):
+    """A tab with the session of a link."""
+    with browser.new_context(viewport={"width": 1280, "height": 900}) as context:
+        tab = context.new_page()
+        log_in(tab, served)
+        yield tab
+
+
 @pytest.fixture
-def page(browser, served):
+def page(tab, served):
     """The results of the grid, counted, ranked, and with a design drawn."""
-    with service_page(browser, served, viewport={"width": 1280, "height": 900}) as page:
-        log_in(page, served)
-        page.click("[aria-label='browse the results of grid']")
-        wait_shown(page)
-        yield page
+    with watched(tab, served):
+        tab.goto(f"{served.url}/page/browse.html?results=grid")
+        wait_shown(tab)
+        yield tab
 
 
 def log_in(page, served):
