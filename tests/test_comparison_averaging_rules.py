@@ -27,6 +27,16 @@ SCENES = {scene.name: scene.designs for scene in ALL_SCENES if scene.designs.loo
 SCENES_WITH_MOTION = [name for name, scene in SCENES.items() if scene.has_strokes.any()]
 #: 1 um from the change point.
 NEAR_CHANGE_POINT = rockers([[150.0, 1083.4236, 541.7118, 691.7128]])
+#: All designs of a scene: start, stop and step.
+ALL = (0, None, 1)
+#: Designs of two scenes by day, with the change point of the block and the design nearest to one.
+DAY = {"large_block": (0, None, 48), "almost_change_point": (1, None, 4)}
+#: Designs of these scenes by night.
+NIGHT = {"large_block": (0, None, 16), "almost_change_point": ALL}
+SCENES_AND_PARTS = [
+    *(pytest.param(name, DAY.get(name, ALL), id=name) for name in SCENES_WITH_MOTION),
+    *(pytest.param(name, part, id=f"more of {name}", marks=pytest.mark.slow) for name, part in NIGHT.items()),
+]
 ANGLE, VELOCITY, ACCELERATION = range(3)
 MEAN, VARIANCE, CV, MIN, MAX = range(5)
 ALL_RULES = [pytest.param(rule, id=repr(rule)) for rules in AVERAGING_RULES.values() for rule in rules]
@@ -38,19 +48,14 @@ def exact():
     """Exact statistics of a scene's linkages over a window, computed once."""
     cache = {}
 
-    def statistics(name, window):
-        if (name, window) not in cache:
-            cache[name, window] = designs(name), exact_statistics(designs(name), window)
-        return cache[name, window]
+    def statistics(name, window, part=None):
+        part = DAY.get(name, ALL) if part is None else part
+        if (name, window, part) not in cache:
+            designs = SCENES[name].part(np.arange(len(SCENES[name]))[slice(*part)])
+            cache[name, window, part] = designs, exact_statistics(designs, window)
+        return cache[name, window, part]
 
     return statistics
-
-
-def designs(name):
-    """Designs of a scene; of two scenes some, with the change point of the block and the design nearest to one."""
-    scene = SCENES[name]
-    some = {"large_block": slice(0, None, 48), "almost_change_point": slice(1, None, 2)}
-    return scene.part(np.arange(len(scene))[some.get(name, slice(None))])
 
 
 def error(rule, name, window, exact):
@@ -109,9 +114,9 @@ def test_the_trapezoidal_rule_is_of_second_order_on_a_stroke(exact):
 
 @pytest.mark.parametrize("window", WINDOWS)
 @pytest.mark.parametrize("rule", AVERAGING_RULES["graded"], ids=repr)
-@pytest.mark.parametrize("name", SCENES_WITH_MOTION)
-def test_graded_meets_its_tolerance_on_every_scene_with_a_motion(name, rule, window, exact):
-    scene, expected = exact(name, window)
+@pytest.mark.parametrize(("name", "part"), SCENES_AND_PARTS)
+def test_graded_meets_its_tolerance_on_every_scene_with_a_motion(name, part, rule, window, exact):
+    scene, expected = exact(name, window, part)
     values, has_motion = rule.average(scene, window).values, scene.has_strokes
     assert has_motion.any()
     for s, signal in enumerate(scene.output):

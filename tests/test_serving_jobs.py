@@ -329,7 +329,7 @@ def test_a_study_that_a_person_removed_ends_no_service(tmp_path):
 
 def test_a_study_that_a_person_removed_while_it_was_swept_ends_no_service(tmp_path):
     with open_station(tmp_path, Limits(), Work(workers=1)) as station:
-        station.jobs.submit("gone", LONG.replace("num = 80", "num = 8000").encode())
+        station.jobs.submit("gone", LONG.replace("num = 80", "num = 800").encode())
         wait_until(lambda: station.jobs.get("gone").done > 0)
         (tmp_path / "studies/running/gone.toml").unlink()
         with pytest.raises(UnknownJobError, match="the study of gone was removed from the folder"):
