@@ -123,7 +123,9 @@ class Certificate:
         name = metric.formula.name
         if name.removesuffix("_interval") in ("swing_angle", "stroke", "pin_force_peak"):
             sources = [self.enclose(source) for source in metric.inputs if isinstance(source, SampledMetric)]
-            return Enclosure.of(reduce(arb.max, [source.ball for source in sources if source]))
+            balls = [source.ball for source in sources if source]
+            # The largest of some is not that of all.
+            return Enclosure.of(reduce(arb.max, balls)) if len(balls) == len(sources) > 0 else None
         return self._follow(name)
 
     def _follow(self, name: str) -> Enclosure:

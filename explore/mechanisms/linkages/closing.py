@@ -289,7 +289,8 @@ def _count_reversals(sizes, check, rate, tile, rates, lane, counts, places, dist
         waiting, count = reversal.halve_rates(
             cells, waiting, taken, marks, halves, count, lane, places, minima, found
         )  # fmt: skip
-    counts[lane] = count if waiting == 0 else reversal.UNDECIDED
+    is_complete = waiting == 0 and found < minimum.MOST_MINIMA
+    counts[lane] = count if is_complete else reversal.UNDECIDED
 
 
 @subroutine(allocates=True)
