@@ -227,6 +227,19 @@ def test_breaks_fit_into_the_buffers_of_panels():
     assert problem(RIG, breaks=("overlapped", "extended") * 4) == "breaks has 8 marks; at most 6 are used"
 
 
+def test_jumps_are_at_breaks():
+    assert problem(RIG, breaks=()) == "'opposing_torque' adds jumps, but no breaks say where"
+
+
+def test_laws_tell_breaks_or_senses():
+    """Break 1 and a positive first sense are the same law."""
+    both = "it has both breaks and senses; the law of a panel says only one of them"
+    assert problem(RIG, senses=("rocker_velocity",)) == both
+    names = (SIMPLE_SLIDER.signals[0].name,) * 17
+    assert problem(SIMPLE_SLIDER, senses=names) == "senses has 17 signals; at most 16 are told"
+    assert replace(SIMPLE_SLIDER, senses=names[:16]).senses == names[:16]
+
+
 def test_a_graded_quadrature_has_singularities():
     assert problem(RIG, quadrature=Graded(())) == (
         "the quadrature is graded, but names no singularities; without them it is adaptive"

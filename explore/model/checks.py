@@ -9,7 +9,7 @@ from explore.model.declaration import ANCHORS, INTERVAL_ROWS, Declaration, own_r
 from explore.model.drawing_checks import check_drawing
 from explore.model.name_checks import check_names, repeated, unknown_names
 from explore.model.points import MOST_POINTS, POINT_ROWS, SLOT_ROWS
-from explore.model.quadrature import MOST_BREAKS, MOST_SINGULARITIES, Adaptive, Located
+from explore.model.quadrature import MOST_BREAKS, MOST_SENSES, MOST_SINGULARITIES, Adaptive, Located
 from explore.model.status import OWN_CODES, Status
 
 #: Fields of signals that share a row: properties of the row, not of the signal.
@@ -54,6 +54,8 @@ def _parameters(declaration: Declaration) -> Iterator[str]:
                 yield f"the choice {choice:g} of '{parameter.name}' is outside its own range"
         if parameter.default is not None and not parameter.allows(parameter.default):
             yield f"the default {parameter.default:g} of '{parameter.name}' is outside its own range"
+        if parameter.adds_jumps and not (declaration.extended or declaration).breaks:
+            yield f"'{parameter.name}' adds jumps, but no breaks say where"
     by_name = {parameter.name: parameter for parameter in declaration.parameters}
     yield from unknown_names("parameter", declaration.loop_lengths, by_name, "loop_lengths")
     for name in declaration.loop_lengths:
@@ -99,6 +101,10 @@ def _columns(declaration: Declaration) -> Iterator[str]:
         yield "the quadrature is graded, but names no singularities; without them it is adaptive"
     if len(declaration.breaks) > MOST_BREAKS:
         yield f"breaks has {len(declaration.breaks)} marks; at most {MOST_BREAKS} are used"
+    if declaration.breaks and declaration.senses:
+        yield "it has both breaks and senses; the law of a panel says only one of them"
+    if len(declaration.senses) > MOST_SENSES:
+        yield f"senses has {len(declaration.senses)} signals; at most {MOST_SENSES} are told"
     if len(declaration.singularities) > MOST_SINGULARITIES:
         yield f"singularities has {len(declaration.singularities)} entries; at most {MOST_SINGULARITIES} are used"
     for _, anchor in declaration.singularities:

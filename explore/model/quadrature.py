@@ -6,6 +6,8 @@ from dataclasses import dataclass
 MOST_SINGULARITIES = 3
 #: Largest number of breaks, for which the buffers of panels are large enough.
 MOST_BREAKS = 6
+#: Largest number of senses, two bits of a law each.
+MOST_SENSES = 16
 
 
 @dataclass(frozen=True)

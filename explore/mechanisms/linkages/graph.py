@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import Any
 
+from explore.model.quadrature import MOST_SENSES
+
 #: Level of a number.
 CONSTANT = 0
 #: Level of a node that depends on the design.
@@ -27,7 +29,7 @@ SINE = "@sin"
 VERSINES = ("@versine0", "@versine1", "@versine2", "@versine3")
 
 #: Operations that give the sense of a rate, 1 or where it is negative -1; or the one that the law of a panel says.
-SENSES = tuple(f"sense{k}" for k in range(16))
+SENSES = tuple(f"sense{k}" for k in range(MOST_SENSES))
 #: Input of the least place or angle of the output, mm or rad; no number where there are no strokes.
 LEAST_PLACE = "@least_place"
 #: Input of the greatest one.

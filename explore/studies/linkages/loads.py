@@ -10,11 +10,11 @@ from typing import Any
 from explore.base.errors import KeyPath, Problems
 from explore.base.suggest import closest_name, format_value, suggestion
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate
-from explore.mechanisms.linkages.graph import SENSES
 from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PointForce
 from explore.mechanisms.linkages.loads import AMOUNTS
 from explore.mechanisms.linkages.steps import DriveOnLines, JoinPoint, Step
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slot, carrier
+from explore.model.quadrature import MOST_SENSES
 from explore.studies.linkages.coordinates import read_amount, read_pair
 from explore.studies.linkages.curves import CURVE, CurveReader
 from explore.studies.linkages.parameters import Located
@@ -43,8 +43,6 @@ _MASS_KEYS = ("mass", "centroid", "inertia")
 _TORQUE_KEYS = ("torque", "against")
 #: Units of rates of springs and dampers, along a line and of an angle.
 _RATES = {"springs": ("N/m", "N m/rad"), "dampers": ("N s/m", "N m s/rad")}
-#: Largest number of motions that are opposed: each is a bit of the law of a panel.
-_MOST_OPPOSED = len(SENSES)
 
 #: Largest number of entries of all parts together.
 _MOST_ENTRIES = 100
@@ -75,8 +73,8 @@ class LoadReader:
         if (count := sum(map(len, parts.values()))) > _MOST_ENTRIES:
             self._problems.append((key, f"has {count:,} entries; at most {_MOST_ENTRIES} are possible"))
             return None
-        if (count := len({*parts["opposing"], *parts["friction"]})) > _MOST_OPPOSED:
-            reason = f"has {count} motions with what opposes them or friction; at most {_MOST_OPPOSED} are possible"
+        if (count := len({*parts["opposing"], *parts["friction"]})) > MOST_SENSES:
+            reason = f"has {count} motions with what opposes them or friction; at most {MOST_SENSES} are possible"
             self._problems.append((key, reason))
         masses = tuple(self._mass(name, entry) for name, entry in parts["masses"].items())
         forces = tuple(self._point_force(name, entry) for name, entry in parts["forces"].items())
