@@ -229,6 +229,9 @@ def test_breaks_fit_into_the_buffers_of_panels():
 
 def test_jumps_are_at_breaks():
     assert problem(RIG, breaks=()) == "'opposing_torque' adds jumps, but no breaks say where"
+    crank, *others = RIG.parameters
+    others = [replace(crank, adds_jumps=True), *others]
+    assert problem(RIG, parameters=tuple(others)) == "'crank' adds jumps, but is no load"
 
 
 def test_laws_tell_breaks_or_senses():

@@ -56,6 +56,8 @@ def _parameters(declaration: Declaration) -> Iterator[str]:
             yield f"the default {parameter.default:g} of '{parameter.name}' is outside its own range"
         if parameter.adds_jumps and not (declaration.extended or declaration).breaks:
             yield f"'{parameter.name}' adds jumps, but no breaks say where"
+        if parameter.adds_jumps and parameter.affects != "load":
+            yield f"'{parameter.name}' adds jumps, but is no load"
     by_name = {parameter.name: parameter for parameter in declaration.parameters}
     yield from unknown_names("parameter", declaration.loop_lengths, by_name, "loop_lengths")
     for name in declaration.loop_lengths:
