@@ -127,10 +127,9 @@ def test_the_map_of_a_table_shows_where_newton_fails_and_that_blocked_designs_ar
         rows = map_stability(case, 1e-6)
     settings = ("closed-form", "newton-compiled(tolerance=1e-12)")
     finest = [row for row in rows if row["angles"] == 72 and row["setting"] in settings]
-    # at the limit itself the gap of the loops is within Newton's tolerance
-    rejects = [
-        row for row in finest if row["margin"] < 0.0 or (row["margin"] == 0.0 and row["method"] == "closed-form")
-    ]
+    # At the limit, and beyond it by less, the gap of the loops is within Newton's tolerance.
+    least = {"closed-form": 0.0, "newton-compiled": -1e-12}
+    rejects = [row for row in finest if row["margin"] <= least[row["method"]]]
     assert {row["verdict"] for row in rejects} == {Verdict.REJECTED.label}
     near = {row["method"]: row["verdict"] for row in finest if row["margin"] == case.margin[case.margin > 0.0].min()}
     assert near["newton-compiled"] != Verdict.ACCURATE.label
