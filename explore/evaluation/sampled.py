@@ -71,13 +71,20 @@ def sample_metrics(
 
     `parameters` (p, u) are those of the closed form, whose result is `closed`.
     """
+
+    def sample_all(kind: Request, designs: npt.NDArray[np.bool_]) -> SampledStatistics:
+        result = SampledStatistics.empty(len(designs))
+        for quadrature, group in _groups(kind, metrics):
+            result.add(_sample(kind, group, quadrature, parameters, designs, closed))
+        return result
+
     jumping = active & _has_jumps(request, parameters)
     smooth = active & ~jumping
     if not jumping.any():
-        return _sample_groups(request.without_jumps, metrics, parameters, smooth, closed)
-    result = _sample_groups(request, metrics, parameters, jumping, closed)
+        return sample_all(request.without_jumps, smooth)
+    result = sample_all(request, jumping)
     if smooth.any():
-        result.replace(smooth, _sample_groups(request.without_jumps, metrics, parameters, smooth, closed))
+        result.replace(smooth, sample_all(request.without_jumps, smooth))
     return result
 
 
@@ -88,20 +95,6 @@ def _has_jumps(request: Request, parameters: FloatArray) -> npt.NDArray[np.bool_
         for parameter, values in zip(request.kernel.kernel_parameters, parameters, strict=True):
             if parameter.adds_jumps:
                 result |= values != 0.0
-    return result
-
-
-def _sample_groups(
-    request: Request,
-    metrics: tuple[SampledMetric, ...],
-    parameters: FloatArray,
-    active: npt.NDArray[np.bool_],
-    closed: ClosedFormResult,
-) -> SampledStatistics:
-    """Sample metrics by the quadratures that suit them; see `sample_metrics`."""
-    result = SampledStatistics.empty(len(closed.status))
-    for quadrature, group in _groups(request, metrics):
-        result.add(_sample(request, group, quadrature, parameters, active, closed))
     return result
 
 

@@ -93,8 +93,9 @@ class Request:
 
     @cached_property
     def without_jumps(self) -> "Request":
-        """The request for designs whose parameters that add jumps are all 0."""
-        return replace(self, has_jumps=False)
+        """The request for designs whose parameters that add jumps are all 0; itself where it has the same breaks."""
+        smooth = replace(self, has_jumps=False) if self.breaks else self
+        return smooth if smooth.breaks != self.breaks else self
 
     @cached_property
     def derived(self) -> tuple[DerivedMetric, ...]:
