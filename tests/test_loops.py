@@ -125,10 +125,11 @@ def test_the_map_of_a_table_shows_where_newton_fails_and_that_blocked_designs_ar
     with only("closed-form", "newton-compiled"):
         case = stability_case(designs.mechanism, task.loop.columns(task.parameters[0]))
         rows = map_stability(case, 1e-6)
-    settings = ("closed-form", "newton-compiled(tolerance=1e-12)")
+    tolerance = 1e-12
+    settings = ("closed-form", f"newton-compiled(tolerance={tolerance:g})")
     finest = [row for row in rows if row["angles"] == 72 and row["setting"] in settings]
     # At the limit, and beyond it by less, the gap of the loops is within Newton's tolerance.
-    least = {"closed-form": 0.0, "newton-compiled": -1e-12}
+    least = {"closed-form": 0.0, "newton-compiled": -tolerance}
     rejects = [row for row in finest if row["margin"] <= least[row["method"]]]
     assert {row["verdict"] for row in rejects} == {Verdict.REJECTED.label}
     near = {row["method"]: row["verdict"] for row in finest if row["margin"] == case.margin[case.margin > 0.0].min()}
