@@ -151,7 +151,7 @@ def test_the_place_of_a_linkage_is_swept_with_its_target():
 
 def test_a_limited_crank_meets_no_targets():
     limited = explore.Linkage(COUPLER | {"range": [-50, 50]})
-    with pytest.raises(RequestError, match="meets no targets"):
+    with pytest.raises(RequestError, match="with a range meets no targets; leave out the target or the range"):
         explore.evaluate(limited, {"r1": 30}, target={"kind": "path"})
 
 

@@ -190,8 +190,8 @@ def test_timed_points(mechanism):
     noisy = exact + np.random.default_rng(2).normal(0, 3.0, exact.shape)
     design = lengths | {"M_along": 40, "M_across": 25}
 
-    def errors(path, crank_angles, angles_from):
-        target = {"kind": "path", "points": path.tolist(), "crank_angles": list(crank_angles)}
+    def errors(path, crank_angles, angles_from, closed=False):
+        target = {"kind": "path", "points": path.tolist(), "crank_angles": list(crank_angles), "closed": closed}
         metrics = ["path_error_rms", "path_error_max", "path_crank_span"]
         return explore.evaluate(
             mechanism, design, points="M", target=target | {"angles_from": angles_from}, metrics=metrics
@@ -199,6 +199,7 @@ def test_timed_points(mechanism):
 
     assert errors(exact, angles + 77.0, "free")["path_error_rms"] < 1e-11
     assert errors(exact, angles, "frame")["path_crank_span"] == pytest.approx(280.0)
+    assert errors(exact, angles, "frame", closed=True)["path_crank_span"] == 360.0
     distances = np.hypot(*(noisy - exact).T)
     found = errors(noisy, angles, "frame")
     assert found["path_error_rms"] == pytest.approx(np.sqrt(np.mean(distances**2)), rel=1e-12)

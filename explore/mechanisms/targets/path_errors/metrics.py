@@ -43,6 +43,8 @@ def measure_paths(motion: Motion, target: PathTarget, table: FloatArray) -> Meas
     found = np.empty((len(designs), N_MEASURES)), np.empty((len(designs), len(points)))
     if target.crank_angles:
         measure_timed(curve, designs, points, weights, given, target.angles_from == "free", *found)
+        if target.closed:
+            found[0][~np.isnan(found[0][:, SPAN]), SPAN] = 2.0 * np.pi
     else:
         measure_ordered(curve, designs, points, weights, target.closed, _rays(), *found)
     return *found, designs
