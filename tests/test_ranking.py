@@ -203,10 +203,27 @@ def test_wrong_objectives_get_one_line(objectives, message):
         explore.rank(pd.DataFrame({"cv": [1.0], "swing_angle": [1.0], "words": ["a"]}), objectives=objectives)
 
 
+def test_a_table_may_have_a_column_of_designs():
+    """Its numbers are those of the user: no row is found by them."""
+    table = pd.DataFrame({"design": [50, 3, 1, 2, 0], "a": [1.0, 2, 3, 0, 5]})
+    assert explore.rank(table, objectives=["a:max"], where="design < 3")["a"].tolist() == [5.0]
+    assert explore.rank(table, objectives=["design:max"])["a"].tolist() == [1.0]
+    missing = table.assign(a_margin=-table["a"])
+    assert explore.nearest(missing, 1, where="design > 1 and a > 0")["design"].tolist() == [50]
+
+
+@pytest.mark.parametrize("unknown", [[True, np.nan], ["True", "False"], pd.array([True, None], dtype="boolean")])
+def test_rows_of_unknown_feasibility_are_refused(unknown):
+    table = pd.DataFrame({"a": [1.0, 2.0], "feasible": unknown})
+    with pytest.raises(explore.RequestError, match="column 'feasible' must be true or false in each row"):
+        explore.rank(table, objectives=["a:min"])
+
+
 def test_nothing_feasible_gives_an_empty_table():
     table = pd.DataFrame({"cv": [1.0, 2.0], "feasible": [False, False]})
 
-    ranked = explore.rank(table, objectives=["cv"])
+    with pytest.warns(explore.NothingFeasibleWarning, match="no row"):
+        ranked = explore.rank(table, objectives=["cv"])
 
     assert ranked.empty
     assert "front" in ranked.columns

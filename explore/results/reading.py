@@ -54,7 +54,8 @@ def rank(
     ----------
     results
         Results, the path of a results file, or any table. Several results or paths are ranked together; the column
-        ``results`` has the results of each design.
+        ``results`` has the results of each design. Left out are designs that are not feasible, and those with an
+        objective that is undefined or infinite.
     objectives
         Metrics or parameters, such as ``["cv", "swing_angle:max"]``; None for those of the (first) study.
     order_by
@@ -88,6 +89,9 @@ def rank(
     request = RankRequest(objectives, order_by, fronts, where, limits, quality)
     if isinstance(results, pd.DataFrame):
         ranked = rank_frame(results, request)
+        if ranked.empty:
+            reason = "no row is feasible, meets the request and has finite objectives"
+            warnings.warn(reason, NothingFeasibleWarning, stacklevel=2)
         units = dict.fromkeys(results, None) | results.attrs.get("units", {})
         return _with_attrs(ranked, units, results.attrs.get("labels", {}))
     is_joint = not isinstance(results, (Results, Path, str))

@@ -109,8 +109,7 @@ def find_nearest_rows(
     columns: Arrays = {name: frame[name].to_numpy(dtype=np.float64, na_value=np.nan) for name in needed}
     if "status" in frame:
         columns["status"] = frame["status"].to_numpy()
-    columns["design"] = np.arange(len(frame))
-    search = _NearestSearch(metrics, criteria, count)
+    search = _NearestSearch(metrics, criteria, count, numbered_by=None)
     search.run(lambda _: [columns], len(frame))
     return search.finish(frame.iloc[search.rows])
 
@@ -118,12 +117,14 @@ def find_nearest_rows(
 class _NearestSearch:
     """The nearest designs of those read so far: their numbers, totals and margins, each nearest first."""
 
-    def __init__(self, metrics: Sequence[str], criteria: RankingCriteria, count: int) -> None:
+    def __init__(
+        self, metrics: Sequence[str], criteria: RankingCriteria, count: int, numbered_by: str | None = "design"
+    ) -> None:
         if not metrics and not criteria.limits:
             raise RequestError("these results have no constraint, so no design misses any")
         if count < 1:
             raise RequestError(f"nearest = {count}: must be at least 1")
-        self._metrics, self._criteria, self._count = metrics, criteria, count
+        self._metrics, self._criteria, self._count, self._numbered_by = metrics, criteria, count, numbered_by
         self._scales: dict[str, float] = {}
         self._exclusions = Exclusions()
         self.rows: npt.NDArray[np.int64] = np.empty(0, dtype=np.int64)
@@ -145,7 +146,7 @@ class _NearestSearch:
         """Margins, numbers, and whether the distance is known, of the designs that meet the condition."""
         margins = find_margins(columns, self._metrics, self._criteria.limits)
         measured = is_measured(columns.get("status"), margins)
-        rows = np.asarray(columns["design"])
+        rows = np.asarray(columns[self._numbered_by]) if self._numbered_by else np.arange(len(measured))
         if self._criteria.condition is not None:
             selected = self._criteria.condition.test(columns)
             margins = {metric: margin[selected] for metric, margin in margins.items()}

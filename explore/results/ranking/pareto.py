@@ -158,19 +158,23 @@ class _FrontMerger:
 
 
 def find_fronts(
-    blocks: Iterable[Arrays], objectives: Sequence[Objective], n_fronts: int = 1, tally: Tally | None = None
+    blocks: Iterable[Arrays],
+    objectives: Sequence[Objective],
+    n_fronts: int = 1,
+    tally: Tally | None = None,
+    numbered_by: str | None = "design",
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
     """Find the first fronts of designs that arrive in blocks; memory holds one block and twice the fronts.
 
-    The blocks are columns of consecutive designs, with the objectives and optionally ``feasible`` and ``design``;
-    `tally` receives the counts of the designs of each. The result is ascending row numbers (k,), from ``design`` or
-    counted over all blocks, and the front of each, (k,), from 1.
+    The blocks are columns of consecutive designs, with the objectives and optionally ``feasible``; `tally` receives
+    the counts of the designs of each. The result is ascending row numbers (k,), from the column `numbered_by` where
+    there is one, else counted over all blocks, and the front of each, (k,), from 1.
     """
     merger, offset = _FrontMerger(len(objectives), n_fronts), 0
     for columns in blocks:
         values = objectives_to_minimise(columns, objectives)
         n = len(values)
-        rows = np.asarray(columns["design"]) if "design" in columns else np.arange(offset, offset + n)
+        rows = np.asarray(columns[numbered_by]) if numbered_by in columns else np.arange(offset, offset + n)
         feasible = np.asarray(columns["feasible"]).astype(bool) if "feasible" in columns else np.ones(n, dtype=bool)
         finite = np.ones(n, dtype=np.bool_)
         for column in values.T:  # short rows are slow to reduce

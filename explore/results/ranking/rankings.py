@@ -92,9 +92,11 @@ def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
             raise RequestError(f"column '{name}' does not hold numbers, so it cannot be ranked")
     columns: Arrays = {name: frame[name].to_numpy(dtype=np.float64, na_value=np.nan) for name in needed}
     if "feasible" in frame.columns:
-        columns["feasible"] = frame["feasible"].to_numpy()
+        if not frame["feasible"].isin([True, False]).all():
+            raise RequestError("column 'feasible' must be true or false in each row")
+        columns["feasible"] = frame["feasible"].to_numpy(dtype=bool)
     # Rows are selected by position, because the labels of a table may repeat.
-    rows, numbers = find_fronts(criteria.apply([columns]), objectives, request.fronts)
+    rows, numbers = find_fronts(criteria.apply([columns]), objectives, request.fronts, numbered_by=None)
     return sort_fronts(frame.iloc[rows], numbers, objectives, order, request)
 
 
