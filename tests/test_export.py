@@ -247,6 +247,8 @@ def test_the_best_design_is_the_default_and_results_are_never_overwritten(few, t
     explore.export(few, tmp_path / "best.toml")
     explore.export(results, tmp_path / "same.toml", design=best)
     assert (tmp_path / "best.toml").read_text() == (tmp_path / "same.toml").read_text()
+    with pytest.raises(explore.RequestError, match="same.toml exists; a study is not overwritten, so name another"):
+        explore.export(few, tmp_path / "same.toml")
     copy = tmp_path / "copy.csv"
     copy.write_bytes(few.read_bytes())
     with pytest.raises(RequestError, match="is the results file itself; name another file"):

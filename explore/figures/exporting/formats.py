@@ -62,13 +62,16 @@ def export(
     MotionError
         If the design has no motion over a full turn.
     RequestError
-        If an ending or a name is unknown, the mechanism declares no drawing, ffmpeg is missing, or no number is given
-        and no design is feasible.
+        If an ending or a name is unknown, a study would be overwritten, the mechanism declares no drawing, ffmpeg is
+        missing, or no number is given and no design is feasible.
     ResultsError
         If the design is not in the results, or a file cannot be written.
     """
     paths = [Path(path)] if isinstance(path, (str, Path)) else [Path(each) for each in path]
     writers = [find_writer(each) for each in paths]
+    for each in paths:
+        if each.suffix.lower() == ".toml" and each.exists():
+            raise RequestError(f"{each} exists; a study is not overwritten, so name another file")
     chosen = _choose(source, design, parameters, points or {})
     if isinstance(chosen, DesignOfResults):
         for each in paths:
