@@ -171,6 +171,13 @@ def test_a_line_counts_all_equal_designs_even_if_few_lines_are_printed(sweep_fol
     assert [line[0] for line in lines if line and line[0].isdigit()] == [str(n) for n in ranked.index[:3]]
     different = ranked["coupler"].nunique()
     assert f"{different - 3:,} more lines" in out
+    assert "\n1 more line:" in call("rank", sweep_folder / "all.h5", *objectives, "--top", different - 1)[1]
+
+
+def test_one_design_is_spoken_of_as_one(sweep_folder):
+    number = explore.rank(sweep_folder / "all.h5").index[0]
+    err = call("rank", sweep_folder / "all.h5", "--where", f"design == {number}")[2]
+    assert err.startswith("1 of 1 feasible design that meets the request is Pareto-optimal")
 
 
 def test_quality_is_shown_and_printed(sweep_folder):

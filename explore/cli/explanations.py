@@ -92,9 +92,11 @@ def _say_counts(results: Results, ranking: Ranking, prefix: str) -> None:
         say(reason, "bold yellow")
         return
     first = int((ranking.frame["front"] == 1).sum())
-    condition = " that meet the request" if ranking.exclusions else ""
+    meet = "meets" if ranking.tally.n_ranked == 1 else "meet"
+    condition = f" that {meet} the request" if ranking.exclusions else ""
     ranked = f"{count_of(ranking.tally.n_ranked, 'feasible design')}{condition}"
     say(f"{prefix}{first:,} of {ranked} {is_or_are(first)} Pareto-optimal in {senses}")
     if len(ranking.frame) > first:
         last = int(ranking.frame["front"].max())
-        say(f"  {len(ranking.frame) - first:,} more are in front{'' if last == 2 else 's 2 to'} {last}")
+        behind = len(ranking.frame) - first
+        say(f"  {behind:,} more {is_or_are(behind)} in front{'' if last == 2 else 's 2 to'} {last}")

@@ -207,7 +207,7 @@ def _print_front(
     columns = [(name, "") for name in ("design", "alike", *marks, *origins)]
     columns += [*((name, units[name]) for name in (*parameters, *objectives)), *((name, "") for name in qualities)]
     hidden = n_lines - len(groups)
-    caption = f"{hidden:,} more lines: --top 0 prints all, -o FILE.csv writes them" if hidden else ""
+    caption = f"{count_of(hidden, 'more line')}: --top 0 prints all, -o FILE.csv writes them" if hidden else ""
     others = [name for name in objectives if name != ranking.order_by.metric]
     print_table(
         f"Pareto set, best {ranking.order_by.metric} first", columns, rows, caption,
