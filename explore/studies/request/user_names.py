@@ -7,10 +7,10 @@ from explore.studies.request.formula_text import RESERVED
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _LONGEST_NAME = 60
-#: Names of columns of all results and of rankings.
+#: Names of columns of all results, of rankings, and of control curves.
 _COLUMNS = (
     "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
-    "alike",
+    "alike", "violation", "piece",
 )  # fmt: skip
 # Statistics over other windows end with the names of these.
 #: Endings of names of margins of constraints, of words of codes, and of statistics over an interval.
