@@ -412,6 +412,9 @@ def test_only_results_files_are_replaced(tmp_path, extra):
     (tmp_path / "folder").mkdir()
 
     assert "the study itself" in run("sweep", "small.toml", "-o", "small.toml", *extra, cwd=tmp_path, code=2).stderr
+    for ending in (".csv", ".parquet", ".toml"):
+        output = run("sweep", "small.toml", "-o", f"a{ending}", *extra, cwd=tmp_path, code=2)
+        assert f"-o a{ending}: results are HDF5, so the name must not end in {ending}; write a.h5" in output.stderr
     for other in ("notes.h5", "folder"):
         output = run("sweep", "small.toml", "-o", other, *extra, cwd=tmp_path, code=1)
         assert "name another file" in output.stderr

@@ -10,6 +10,8 @@ from explore.cli.output import say
 
 #: Formats of figures.
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
+#: Formats of tables.
+TABLE_ENDINGS = (".csv", ".json", ".md", ".parquet")
 #: Ending of results that `explore pack` packed.
 _PACKED = ".packed.h5"
 
@@ -31,6 +33,16 @@ def check_new_file(path: Path) -> None:
         raise RequestError(f"-o {path}: it is {kind}; name another file")
     if not path.parent.is_dir():
         raise RequestError(f"-o {path}: there is no folder {path.parent}; name another file")
+
+
+def check_results_file(path: Path) -> None:
+    """Refuse a folder in place of a results file, and a name that says another format."""
+    if path.is_dir():
+        raise ResultsError(f"{path} is a folder; name another file with -o")
+    ending = path.suffix.lower()
+    if ending in (*TABLE_ENDINGS, *FIGURE_ENDINGS, ".toml"):
+        reason = f"results are HDF5, so the name must not end in {ending}; write {path.with_suffix('.h5')}"
+        raise RequestError(f"-o {path}: {reason}")
 
 
 def refuse_overwriting(source: Path, output: Path | None, description: str) -> None:

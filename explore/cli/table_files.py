@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from explore.base.errors import RequestError
 from explore.base.json_text import json_text
 from explore.cli.output import count_of, number, print_json, say
-from explore.cli.paths import FIGURE_ENDINGS, check_output
+from explore.cli.paths import FIGURE_ENDINGS, TABLE_ENDINGS, check_output
 from explore.results.store.table_words import with_labels as with_labels
 from explore.results.store.table_words import with_units as with_units
 
@@ -20,12 +20,10 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-ENDINGS = (".csv", ".json", ".md", ".parquet")
-
 
 def check_table(path: Path | None) -> None:
     """Refuse a file that cannot be written, before anything is computed."""
-    check_output(path, ENDINGS)
+    check_output(path, TABLE_ENDINGS)
     if path is not None and path.suffix.lower() == ".parquet" and find_spec("pyarrow") is None:
         raise RequestError(
             f'-o {path}: Parquet needs pyarrow: pip install "linkage-explore[parquet]"; .csv needs nothing'
@@ -35,14 +33,14 @@ def check_table(path: Path | None) -> None:
 def check_outputs(paths: Sequence[Path], others: Sequence[str] = ()) -> None:
     """Refuse tables, figures and files with other endings that cannot be written."""
     for path in paths:
-        check_output(path, (*others, *FIGURE_ENDINGS, *ENDINGS))
-        if path.suffix.lower() in ENDINGS:
+        check_output(path, (*others, *FIGURE_ENDINGS, *TABLE_ENDINGS))
+        if path.suffix.lower() in TABLE_ENDINGS:
             check_table(path)
 
 
 def write_output(path: Path, frame: pd.DataFrame, units: Mapping[str, str], kind: str, drawn: object) -> None:
     """Write a table, or the figure of a kind of what is drawn, by the ending of the name, and say so."""
-    if path.suffix.lower() in ENDINGS:
+    if path.suffix.lower() in TABLE_ENDINGS:
         write_table(frame, path, units)
     else:
         from explore.figures.charts.style import save_figure

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from explore.base.errors import ResultsError
 from explore.cli.output import count_of, say
+from explore.cli.paths import check_results_file
 from explore.cli.workers import EventPrinter, QuietOption, WorkerOptions, WorkersOption
 
 
@@ -28,8 +28,7 @@ def atlas(
 
     study = parse_study(atlas_text(count), "atlas.toml", Path())
     path = output or Path("results") / "atlas.h5"
-    if path.is_dir():
-        raise ResultsError(f"{path} is a folder; name another file with -o")
+    check_results_file(path)
     work = WorkerOptions(workers, quiet=quiet)
     safe = "finished blocks are safe, and the same command continues"
     with work.computing(study.request, study.space.n_designs, safe) as (connected, progress):

@@ -7,7 +7,7 @@ import typer
 
 from explore.cli.options import ResultsArgument
 from explore.cli.output import say
-from explore.cli.paths import newest_results, packed_name
+from explore.cli.paths import check_results_file, newest_results, packed_name
 from explore.cli.progress import block_bar
 
 
@@ -24,6 +24,7 @@ def pack(
     source = results or newest_results()
     open_results(source)  # says why if they cannot be read
     target = output or packed_name(source)
+    check_results_file(target)
     with block_bar("packing") as progress:
         pack_file(source, target, progress)
     before, after = source.stat().st_size, target.stat().st_size

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from explore.base.errors import ResultsError
 from explore.cli.explanations import explain_unreachable
 from explore.cli.nearness import summarise_nearest
 from explore.cli.options import KeepOption
 from explore.cli.output import announce_compiling, complain, count_of, number, say
-from explore.cli.paths import refuse_overwriting
+from explore.cli.paths import check_results_file, refuse_overwriting
 from explore.cli.tables import print_table
 from explore.cli.workers import (
     EventPrinter,
@@ -68,8 +67,7 @@ def sweep(
         _print_plan(study, path, keep=keep.value, workers=workers, on_cluster=scheduler is not None)
         return
     refuse_overwriting(config, path, "the study")
-    if path.is_dir():
-        raise ResultsError(f"{path} is a folder; name another file with -o")
+    check_results_file(path)
     from explore.running.runs import run_study
 
     safe = f"finished blocks are safe. To continue: {same_command()}"

@@ -10,7 +10,7 @@ import typer
 
 from explore.cli.options import JsonOption
 from explore.cli.output import announce_compiling, count_of, number, print_json, say
-from explore.cli.paths import check_new_file, refuse_overwriting
+from explore.cli.paths import check_new_file, check_results_file, refuse_overwriting
 from explore.cli.progress import block_bar
 from explore.cli.table_files import with_labels, with_units
 from explore.cli.tables import print_table
@@ -46,6 +46,7 @@ def synthesize(
     loaded = load_task(task)
     path = output or Path("results") / f"{task.stem}.h5"
     refuse_overwriting(task, output, "the task")
+    check_results_file(path)
     if dry_run:
         _print_plan(task, path, loaded, as_json=as_json)
         return
