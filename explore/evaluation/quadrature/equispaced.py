@@ -81,27 +81,31 @@ def choose_equispaced(panels, n, order, target, is_located):
     most = MOST_LOCATED_NODES if is_located else MOST_NODES
     for k in range(n):
         panels[SECOND + k] = panels[COUNT + k] + panels[COUNT + n + k]
-    # Constant offsets only: see `explore.evaluation.quadrature.panels`.
+    # Constant offsets only: see `explore.evaluation.quadrature.panels`. All is read before anything is chosen: loops in
+    # which a choice decides what is read do not vectorise in their callers.
     for k in range(n):
         s1, s2 = panels[SINGULAR + k], panels[SINGULAR + PANEL_CAPACITY + k]
-        s3 = panels[SINGULAR + 2 * PANEL_CAPACITY + k]
+        s3, both, count = panels[SINGULAR + 2 * PANEL_CAPACITY + k], panels[SECOND + k], panels[COUNT + k]
+        target_of_panel, centre, half = panels[TARGET + k], panels[CENTRE + k], panels[HALF + k]
+        scale, rate_of_panel, decay = panels[SCALE + k], panels[RATE + k], panels[DECAY + k]
         nearest = s1 if s1 < _FARTHEST else _FARTHEST
         nearest = s2 if s2 < nearest else nearest
         nearest = s3 if s3 < nearest else nearest
         rate = logarithm((1.0 + nearest) / (1.0 - nearest))
         nodes = _nodes(rate, target, order)
         fits = (rate > 0.0) & (nodes <= most)
-        chosen = is_located | ((nodes <= WORTH * panels[SECOND + k]) & fits)
+        chosen = is_located | ((nodes <= WORTH * both) & fits)
         left = is_located & (not fits)
+        nodes, rate = 1.0 * FEWEST_NODES if left else nodes, _RATE_OF_LEFT if left else rate
+        decay_of_turn = exponential(-2.0 * rate)
         panels[SINGULAR + k] = _LEFT if left else s1
-        nodes, rate = FEWEST_NODES if left else nodes, _RATE_OF_LEFT if left else rate
-        panels[COUNT + k] = nodes if chosen else panels[COUNT + k]
-        panels[TARGET + k] = target if chosen else panels[TARGET + k]
-        panels[CENTRE + k] = 0.0 if chosen else panels[CENTRE + k]
-        panels[HALF + k] = 0.5 * math.pi if chosen else panels[HALF + k]
-        panels[SCALE + k] = 0.0 if chosen else panels[SCALE + k]
-        panels[RATE + k] = rate if chosen else panels[RATE + k]
-        panels[DECAY + k] = exponential(-2.0 * rate) if chosen else panels[DECAY + k]
+        panels[COUNT + k] = nodes if chosen else count
+        panels[TARGET + k] = target if chosen else target_of_panel
+        panels[CENTRE + k] = 0.0 if chosen else centre
+        panels[HALF + k] = 0.5 * math.pi if chosen else half
+        panels[SCALE + k] = 0.0 if chosen else scale
+        panels[RATE + k] = rate if chosen else rate_of_panel
+        panels[DECAY + k] = decay_of_turn if chosen else decay
 
 
 @subroutine(contract=True)

@@ -15,9 +15,7 @@ _METRICS = ExtendedRow.LINKAGE_CLASS - Row.LINKAGE_CLASS
 @compiled(CLOSE_SIGNATURE, contract=True)
 def close(record):
     """Fill what `kernel.close` does, and constants of forces; see `explore.model.mechanism.Mechanism`."""
-    parameters, metrics = record[_PARAMETERS * LANES :], record[_METRICS * LANES :]
-    for lane in range(LANES):
-        record[Load.MIDDLE * LANES + lane] = kernel.fill_closed_form(record, parameters, metrics, lane)
+    kernel.fill_closed_form(record, _PARAMETERS, _METRICS, Load.MIDDLE)
     for lane in range(LANES):
         rocks = record[ExtendedRow.LINKAGE_CLASS * LANES + lane] == four_bar.CRANK_ROCKER
         four_bar_forces.fill_load_constants(

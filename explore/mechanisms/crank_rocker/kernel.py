@@ -12,32 +12,36 @@ _NAN = math.nan
 
 
 @subroutine(contract=True, inlined=True)
-def fill_closed_form(record, parameters, metrics, lane):
-    """Fill the constants of `rocking`, status and metrics of one lane; return the mid-angle, rad.
+def fill_closed_form(record, parameters, metrics, middle_row):
+    """Fill the constants of `rocking`, status and metrics, and the mid-angle, rad, in a row of its own if there is one.
 
-    In their parts of the record, the rows from the number of linkages to the branch and the metrics are as in `Row`.
+    The rows from the number of linkages to the branch are so many `parameters` further down than in `Row`, and those of
+    the metrics so many `metrics`. They are of one array, and the loop is here, or it would not vectorise.
     """
-    crank, coupler = parameters[Row.CRANK * LANES + lane], parameters[Row.COUPLER * LANES + lane]
-    rocker, ground = parameters[Row.ROCKER * LANES + lane], parameters[Row.GROUND * LANES + lane]
-    branch = parameters[Row.BRANCH * LANES + lane]
-    linkage_class, margin, status = rocking.prepare(crank, coupler, rocker, ground, branch, record, lane)
-    swing, middle, time_ratio = rocking.solve_limit_positions(crank, coupler, rocker, ground, branch, record, lane)
-    rocks, turns = linkage_class == four_bar.CRANK_ROCKER, linkage_class <= four_bar.DOUBLE_CRANK
-    p_least, p_largest = record[four_bar.P_LEAST * LANES + lane], record[four_bar.P_LARGEST * LANES + lane]
-    q_least, q_largest = record[four_bar.Q_LEAST * LANES + lane], record[four_bar.Q_LARGEST * LANES + lane]
-    smallest = four_bar.transmission_angle(p_least, q_largest)
-    largest = four_bar.transmission_angle(p_largest, q_least)
-    parameters[Row.N_LINKAGES * LANES + lane] = parameters[Row.PHASES * LANES + lane]
-    parameters[Row.STATUS * LANES + lane] = status
-    metrics[Row.LINKAGE_CLASS * LANES + lane] = linkage_class
-    metrics[Row.GRASHOF_MARGIN * LANES + lane] = margin
-    metrics[Row.SWING_ANGLE * LANES + lane] = swing * _DEGREES if rocks else _NAN
-    metrics[Row.MID_ANGLE * LANES + lane] = middle * _DEGREES if rocks else _NAN
-    metrics[Row.TIME_RATIO * LANES + lane] = time_ratio if rocks else _NAN
-    metrics[Row.MEAN_OUTPUT_RATIO * LANES + lane] = swing / (2.0 * math.pi) if rocks else _NAN
-    metrics[Row.TRANSMISSION_ANGLE_MIN * LANES + lane] = smallest * _DEGREES if turns else _NAN
-    metrics[Row.TRANSMISSION_ANGLE_MAX * LANES + lane] = largest * _DEGREES if turns else _NAN
-    return middle
+    for lane in range(LANES):
+        own, closed = parameters * LANES + lane, metrics * LANES + lane
+        crank, coupler = record[Row.CRANK * LANES + own], record[Row.COUPLER * LANES + own]
+        rocker, ground = record[Row.ROCKER * LANES + own], record[Row.GROUND * LANES + own]
+        branch = record[Row.BRANCH * LANES + own]
+        linkage_class, margin, status = rocking.prepare(crank, coupler, rocker, ground, branch, record, lane)
+        swing, middle, time_ratio = rocking.solve_limit_positions(crank, coupler, rocker, ground, branch, record, lane)
+        rocks, turns = linkage_class == four_bar.CRANK_ROCKER, linkage_class <= four_bar.DOUBLE_CRANK
+        p_least, p_largest = record[four_bar.P_LEAST * LANES + lane], record[four_bar.P_LARGEST * LANES + lane]
+        q_least, q_largest = record[four_bar.Q_LEAST * LANES + lane], record[four_bar.Q_LARGEST * LANES + lane]
+        smallest = four_bar.transmission_angle(p_least, q_largest)
+        largest = four_bar.transmission_angle(p_largest, q_least)
+        record[Row.N_LINKAGES * LANES + own] = record[Row.PHASES * LANES + own]
+        record[Row.STATUS * LANES + own] = status
+        record[Row.LINKAGE_CLASS * LANES + closed] = linkage_class
+        record[Row.GRASHOF_MARGIN * LANES + closed] = margin
+        record[Row.SWING_ANGLE * LANES + closed] = swing * _DEGREES if rocks else _NAN
+        record[Row.MID_ANGLE * LANES + closed] = middle * _DEGREES if rocks else _NAN
+        record[Row.TIME_RATIO * LANES + closed] = time_ratio if rocks else _NAN
+        record[Row.MEAN_OUTPUT_RATIO * LANES + closed] = swing / (2.0 * math.pi) if rocks else _NAN
+        record[Row.TRANSMISSION_ANGLE_MIN * LANES + closed] = smallest * _DEGREES if turns else _NAN
+        record[Row.TRANSMISSION_ANGLE_MAX * LANES + closed] = largest * _DEGREES if turns else _NAN
+        if middle_row >= 0:
+            record[middle_row * LANES + lane] = middle
 
 
 @compiled(CLOSE_SIGNATURE, contract=True)
@@ -46,8 +50,7 @@ def close(record):
 
     Metrics are in declared units, NaN where undefined.
     """
-    for lane in range(LANES):
-        fill_closed_form(record, record, record, lane)
+    fill_closed_form(record, 0, 0, -1)
 
 
 @compiled(FILL_SIGNATURE)

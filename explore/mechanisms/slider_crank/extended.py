@@ -11,7 +11,7 @@ from explore.mechanisms.slider_crank.columns import (
     Row,
 )
 from explore.mechanisms.slider_crank.forces import fill_forces, fill_load_constants
-from explore.mechanisms.slider_crank.kernel import GUIDE_LOCKED, close_design, fill_motion
+from explore.mechanisms.slider_crank.kernel import GUIDE_LOCKED, close_designs, fill_motion
 from explore.model.status import Status
 
 #: Number of rows by which the lengths are further down than in `Row`.
@@ -25,10 +25,9 @@ _OK = float(Status.OK)
 @compiled(CLOSE_SIGNATURE)
 def close(record):
     """Fill what `kernel.close` does, and constants of forces; see `explore.model.mechanism.Mechanism`."""
-    lengths, metrics = record[_LENGTHS * LANES :], record[_METRICS * LANES :]
+    close_designs(record, _LENGTHS, _METRICS)
     for lane in range(LANES):
-        status = close_design(record, lengths, metrics, lane)
-        can_lock = fill_load_constants(record, lane)
+        status, can_lock = record[ExtendedRow.STATUS * LANES + lane], fill_load_constants(record, lane)
         record[ExtendedRow.STATUS * LANES + lane] = 1.0 * GUIDE_LOCKED if can_lock & (status == _OK) else status
 
 

@@ -187,44 +187,46 @@ def _status(rod, margin, excess):
 
 
 @subroutine(inlined=True)
-def close_design(record, parameters, metrics, lane):
-    """Fill sums, dead centres, margins and angles of one lane, and return the status.
+def close_designs(record, lengths, metrics):
+    """Fill sums, dead centres, margins, angles and status.
 
-    Metrics are in declared units, NaN where undefined. In their parts of the record, lengths and metrics are as in
-    `Row`.
+    Metrics are in declared units, NaN where undefined. The rows of status and lengths are so many `lengths` further
+    down than in `Row`, and those of the metrics so many `metrics`. They are of one array, and the loop is here, or it
+    would not vectorise.
     """
-    crank, rod = parameters[Row.CRANK * LANES + lane], parameters[Row.ROD * LANES + lane]
-    offset = parameters[Row.OFFSET * LANES + lane]
-    a, b = exact_sum(rod, -crank, -offset, 0.0), exact_sum(rod, -crank, offset, 0.0)
-    p, q = exact_sum(rod, crank, offset, 0.0), exact_sum(rod, crank, -offset, 0.0)
-    margin, width = a if a < b else b, p if p > q else q
-    status = _status(rod, margin, exact_sum(abs(offset), -crank, -rod, 0.0))
-    turns = status == _OK
-    outer, inner = math.sqrt(p * q), math.sqrt(a * b)
-    stroke = 4.0 * rod * crank / (outer + inner)
-    imbalance = abs(arctangent(offset * stroke, outer * inner + offset * offset))
-    reach, rise = crank + abs(offset), math.sqrt(margin * width)
-    record[Row.MINUS_MINUS * LANES + lane], record[Row.MINUS_PLUS * LANES + lane] = a, b
-    record[Row.PLUS_PLUS * LANES + lane], record[Row.PLUS_MINUS * LANES + lane] = p, q
-    record[Row.MOVING_CRANK * LANES + lane], record[Row.MOVING_OFFSET * LANES + lane] = crank, offset
-    record[Row.OUTER * LANES + lane], record[Row.INNER * LANES + lane] = -math.sqrt(q / p), math.sqrt(b / a)
-    # tanh(distance/2) of l - h = 0, above the anchor, and of l + h = 0, above its opposite, from the real axis
-    record[Row.SINGULAR_ABOVE * LANES + lane] = math.sqrt(b / p)
-    record[Row.SINGULAR_BELOW * LANES + lane] = math.sqrt(a / q)
-    # The terms of x' exceed it by at most twice r x/y, and x <= 2 y.
-    record[Row.NOISE * LANES + lane] = 4.0 * crank / rod
-    metrics[Row.STROKE * LANES + lane] = stroke if turns else _NAN
-    metrics[Row.TIME_RATIO * LANES + lane] = (math.pi + imbalance) / (math.pi - imbalance) if turns else _NAN
-    metrics[Row.OUTER_ANGLE * LANES + lane] = arctangent(offset, outer) * _DEGREES if turns else _NAN
-    metrics[Row.INNER_ANGLE * LANES + lane] = 180.0 + arctangent(offset, inner) * _DEGREES if turns else _NAN
-    metrics[Row.PRESSURE_ANGLE_MAX * LANES + lane] = arctangent(reach, rise) * _DEGREES if turns else _NAN
-    metrics[Row.TRANSMISSION_ANGLE_MIN * LANES + lane] = arctangent(rise, reach) * _DEGREES if turns else _NAN
-    metrics[Row.TURNING_MARGIN * LANES + lane] = margin
-    return status
+    for lane in range(LANES):
+        own, closed = lengths * LANES + lane, metrics * LANES + lane
+        crank, rod = record[Row.CRANK * LANES + own], record[Row.ROD * LANES + own]
+        offset = record[Row.OFFSET * LANES + own]
+        a, b = exact_sum(rod, -crank, -offset, 0.0), exact_sum(rod, -crank, offset, 0.0)
+        p, q = exact_sum(rod, crank, offset, 0.0), exact_sum(rod, crank, -offset, 0.0)
+        margin, width = a if a < b else b, p if p > q else q
+        status = _status(rod, margin, exact_sum(abs(offset), -crank, -rod, 0.0))
+        turns = status == _OK
+        outer, inner = math.sqrt(p * q), math.sqrt(a * b)
+        stroke = 4.0 * rod * crank / (outer + inner)
+        imbalance = abs(arctangent(offset * stroke, outer * inner + offset * offset))
+        reach, rise = crank + abs(offset), math.sqrt(margin * width)
+        record[Row.MINUS_MINUS * LANES + lane], record[Row.MINUS_PLUS * LANES + lane] = a, b
+        record[Row.PLUS_PLUS * LANES + lane], record[Row.PLUS_MINUS * LANES + lane] = p, q
+        record[Row.MOVING_CRANK * LANES + lane], record[Row.MOVING_OFFSET * LANES + lane] = crank, offset
+        record[Row.OUTER * LANES + lane], record[Row.INNER * LANES + lane] = -math.sqrt(q / p), math.sqrt(b / a)
+        # tanh(distance/2) of l - h = 0, above the anchor, and of l + h = 0, above its opposite, from the real axis
+        record[Row.SINGULAR_ABOVE * LANES + lane] = math.sqrt(b / p)
+        record[Row.SINGULAR_BELOW * LANES + lane] = math.sqrt(a / q)
+        # The terms of x' exceed it by at most twice r x/y, and x <= 2 y.
+        record[Row.NOISE * LANES + lane] = 4.0 * crank / rod
+        record[Row.STROKE * LANES + closed] = stroke if turns else _NAN
+        record[Row.TIME_RATIO * LANES + closed] = (math.pi + imbalance) / (math.pi - imbalance) if turns else _NAN
+        record[Row.OUTER_ANGLE * LANES + closed] = arctangent(offset, outer) * _DEGREES if turns else _NAN
+        record[Row.INNER_ANGLE * LANES + closed] = 180.0 + arctangent(offset, inner) * _DEGREES if turns else _NAN
+        record[Row.PRESSURE_ANGLE_MAX * LANES + closed] = arctangent(reach, rise) * _DEGREES if turns else _NAN
+        record[Row.TRANSMISSION_ANGLE_MIN * LANES + closed] = arctangent(rise, reach) * _DEGREES if turns else _NAN
+        record[Row.TURNING_MARGIN * LANES + closed] = margin
+        record[Row.STATUS * LANES + own] = status
 
 
 @compiled(CLOSE_SIGNATURE)
 def close(record):
     """Fill constants, status and metrics; see `explore.model.mechanism.Mechanism`."""
-    for lane in range(LANES):
-        record[Row.STATUS * LANES + lane] = close_design(record, record, record, lane)
+    close_designs(record, 0, 0)
