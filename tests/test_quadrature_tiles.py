@@ -8,7 +8,7 @@ from numba import float64, int64, void
 from scipy.optimize import brentq, minimize_scalar
 
 from explore.base.compiling import FILL_SIGNATURE, LANES, compiled, function_type
-from explore.evaluation.quadrature.extremes import RESULT, STATE_SIZE, find_minimum
+from explore.evaluation.quadrature.extremes import RESULT, find_minimum
 from explore.evaluation.quadrature.hand_over import HAND_OVER_SIZE, find_hand_overs
 from explore.evaluation.quadrature.panels import (
     ANCHOR,
@@ -31,6 +31,7 @@ from explore.evaluation.quadrature.tiles import (
     gather_shapes,
     place_nodes,
 )
+from explore.evaluation.quadrature.work_space import TILE_WORK_TYPE, Sizes, make_work_space
 
 _FILL, _F1, _F2 = function_type(FILL_SIGNATURE), float64[::1], float64[:, ::1]
 #: Rows of the constants: amplitudes of the first, second and third harmonic, their phases, and what is added.
@@ -51,12 +52,10 @@ def fill_harmonics(constants, tangents, anchor, law, variant, count, needs, out)
             out[2 * j * LANES + lane], out[(2 * j + 1) * LANES + lane] = value, slope
 
 
-@compiled(void(_FILL, _F1, _F1, int64, float64, int64, _F2, int64, _F1, _F1, _F1, _F1), allocates=True)
-def find_minima(fill, constants, shape, anchor, sign, count, table, rule, samples, state, tangents, signals):
+@compiled(void(_FILL, int64, float64, int64, _F2, int64, _F1, TILE_WORK_TYPE), allocates=True)
+def find_minima(fill, anchor, sign, count, table, rule, samples, tile):
     """`find_minimum` of the first row."""
-    find_minimum(
-        fill, constants, shape, anchor, 0, 0, 0, 2, 0, sign, count, table, rule, samples, state, tangents, signals
-    )
+    find_minimum(fill, 2, anchor, 0, 0, 0, 0, sign, count, table, rule, samples, tile)
 
 
 @compiled(void(_FILL, _F1, int64, _F1, _F1, _F1), allocates=True)
@@ -106,12 +105,10 @@ class Tile:
 
     def extreme(self, sign):
         """Smallest value in each lane for a positive sign, else the largest."""
-        state, node, signals = np.zeros(STATE_SIZE), np.empty(LANES), np.empty(2 * LANES)
-        find_minima(
-            fill_harmonics, self.constants, self.shape, self.anchor, sign, self.count, self.table, self.rule,
-            self.signals, state, node, signals,
-        )  # fmt: skip
-        return sign * state[RESULT : RESULT + LANES]
+        _, tile, _ = make_work_space(Sizes(CONSTANTS, 0, CONSTANTS, CONSTANTS, 2, -1, -1, 0), 0)
+        tile.constants[:], tile.shape[:] = self.constants, self.shape
+        find_minima(fill_harmonics, self.anchor, sign, self.count, self.table, self.rule, self.signals, tile)
+        return sign * tile.state[RESULT : RESULT + LANES]
 
 
 def random_tile(seed, *, count=40, ends=True, same=()):

@@ -29,10 +29,12 @@ _WIDTH = 4e-16
 
 # Rows of the state of the search, after those of `brent.fill_trial_tangents`: both ends of the bracket and the point
 # before, their values, the step as a share of the bracket, whether the lane is at work, the next sample to look at,
-# what is doubtful.
-_X1, _X2, _X3, _F1, _F2, _F3, _SHARE, _ACTIVE, _NEXT, _DOUBT = ((TRIAL // LANES + 1 + row) * LANES for row in range(10))
+# what is doubtful, the largest sample.
+_X1, _X2, _X3, _F1, _F2, _F3, _SHARE, _ACTIVE, _NEXT, _DOUBT, _LARGEST = (
+    (TRIAL // LANES + 1 + row) * LANES for row in range(11)
+)
 #: Size of the state.
-SEARCH_SIZE = _DOUBT + LANES
+SEARCH_SIZE = _LARGEST + LANES
 
 
 @subroutine()
@@ -50,10 +52,8 @@ def search_tile(fill, sizes, tables, w, first, last, chosen, work, tile):
     for c in range(first, last):
         row, terms_row, level = tables.corner_rows[c, 0], tables.corner_rows[c, 1], tables.corner_levels[c]
         doubtful_ends = False
+        _take_row(sizes.rows, row, terms_row, level, count + 2, work, tile)
         for lane in range(LANES):
-            state[_NEXT + lane], noise = 1.0, work.noise[tile.lane_designs[lane]]
-            rounding = ROUNDING * (1.0 + noise * (1.0 + noise))
-            _take_row(sizes.rows, row, terms_row, level, rounding, count + 2, lane, tile)
             state[_DOUBT + lane] = _doubt(tile, tables.row_of[count], tables.rules, count, lane)
             doubtful_ends = doubtful_ends or 0.0 < state[_DOUBT + lane] < _DIP
         if doubtful_ends:
@@ -73,18 +73,57 @@ def search_tile(fill, sizes, tables, w, first, last, chosen, work, tile):
 
 
 @subroutine()
-def _take_row(rows, row, terms_row, level, rounding, samples, lane, tile):
-    """Fill the samples of a row less the level in one lane, and bounds of their rounding errors.
+def _take_row(rows, row, terms_row, level, samples, work, tile):
+    """Fill and mark the samples of a row less the level, and bounds of their rounding errors.
 
     Where the size of its terms is not known, a row is rounded like its largest sample.
     """
-    values, roundings, largest = tile.roots, tile.weights, 0.0
+    state = tile.search
+    for lane in range(LANES):
+        state[_NEXT + lane], state[_LARGEST + lane], noise = 1.0, 0.0, work.noise[tile.lane_designs[lane]]
+        tile.node[lane] = ROUNDING * (1.0 + noise * (1.0 + noise))
+        tile.values[samples * LANES + lane] = tile.marks[samples * LANES + lane] = 1.0 * samples
+    largest = state[_LARGEST : _LARGEST + LANES]
     for j in range(samples):
-        value = tile.signals[(j * rows + row) * LANES + lane]
-        values[j * LANES + lane], largest = value - level, max(largest, abs(value))
+        _take_sample(tile.signals[(j * rows + row) * LANES :], level, tile.roots[j * LANES :], largest)
     for j in range(samples):
-        terms = tile.signals[(j * rows + terms_row) * LANES + lane] if terms_row >= 0 else largest
-        roundings[j * LANES + lane] = rounding * terms
+        terms = tile.signals[(j * rows + terms_row) * LANES :] if terms_row >= 0 else largest
+        _round_sample(terms, tile.node, tile.weights[j * LANES :])
+    for j in range(samples - 1, 0, -1):
+        is_end = j == 1 or j >= samples - 2
+        _mark_sample(
+            tile.roots[(j - 1) * LANES :], j, is_end, tile.values[j * LANES :], tile.marks[j * LANES :], len(largest)
+        )  # fmt: skip
+
+
+@subroutine(no_alias=True)
+def _take_sample(sample, level, values, largest):
+    # LLVM would unroll loops of constant length instead of vectorising them.
+    for lane in range(len(largest)):
+        value, magnitude = sample[lane], abs(sample[lane])
+        values[lane], largest[lane] = value - level, magnitude if magnitude > largest[lane] else largest[lane]
+
+
+@subroutine(no_alias=True)
+def _round_sample(terms, rounding, roundings):
+    for lane in range(len(rounding)):
+        roundings[lane] = rounding[lane] * terms[lane]
+
+
+@subroutine(no_alias=True)
+def _mark_sample(values, j, is_end, dips, changes, width):
+    """Fill the numbers of the next sample from j on in a dip, or next to an end, and of the next change of sign.
+
+    The values are those before, at and behind sample j; what is behind the last sample counts for nothing.
+    """
+    for lane in range(width):
+        before, here, after = values[lane], values[LANES + lane], values[2 * LANES + lane]
+        changes_sign, sign = (before > 0.0) != (here > 0.0), 1.0 if here > 0.0 else -1.0
+        before, here, after = sign * before, sign * here, sign * after
+        is_dip = (before > 0.0) & (after > 0.0) & (here <= before) & (here <= after)
+        next_dip, next_change = dips[LANES + lane], changes[LANES + lane]
+        dips[lane] = 1.0 * j if is_dip | is_end else next_dip
+        changes[lane] = 1.0 * j if changes_sign else next_change
 
 
 @subroutine(inlined=True)
@@ -98,15 +137,17 @@ def _place(table, rule, count, j):
 @subroutine()
 def _doubt(tile, rule, table, count, lane):
     """Where zeros may be that samples of a row less its level do not show: in a dip, beside an end that is zero."""
-    doubt = 0.0
-    for j in range(1, count + 1):
+    doubt, following = 0.0, 1
+    while True:
+        j = int(tile.values[following * LANES + lane])
+        if j > count:
+            return doubt
+        following = j + 1
         before, here = tile.roots[(j - 1) * LANES + lane], tile.roots[j * LANES + lane]
         after = tile.roots[(j + 1) * LANES + lane]
         sign = 1.0 if here > 0.0 else -1.0
         before, here, after = sign * before, sign * here, sign * after
         is_dip = before > 0.0 and after > 0.0 and here <= min(before, after)
-        if not is_dip and 1 < j < count:  # most samples are neither
-            continue
         if here <= tile.weights[j * LANES + lane] and max(abs(before), abs(after)) <= tile.weights[j * LANES + lane]:
             continue
         x0, x1 = _place(table, rule, count, j - 1), _place(table, rule, count, j)
@@ -128,7 +169,6 @@ def _doubt(tile, rule, table, count, lane):
             least = after + min(0.0, slope) * (x2 - x1)
             if least <= tile.weights[(count + 1) * LANES + lane] and slope < _CLEAR * curvature * (x2 - x1):
                 doubt += _LAST_END
-    return doubt
 
 
 @subroutine()
@@ -162,20 +202,22 @@ def _next_brackets(tile, rule, table, count, lanes):
     for lane in range(LANES):
         state[_ACTIVE + lane], state[_X1 + lane] = 0.0, -1.0
         j = int(state[_NEXT + lane])
-        while lane < lanes and j <= count + 1:
-            before, here = tile.roots[(j - 1) * LANES + lane], tile.roots[j * LANES + lane]
-            at_before, at_here = tile.weights[(j - 1) * LANES + lane], tile.weights[j * LANES + lane]
+        while lane < lanes:
+            j = int(tile.marks[j * LANES + lane]) + 1
+            if j > count + 2:
+                break
+            before, here = tile.roots[(j - 2) * LANES + lane], tile.roots[(j - 1) * LANES + lane]
+            at_before, at_here = tile.weights[(j - 2) * LANES + lane], tile.weights[(j - 1) * LANES + lane]
             # an end that is a zero has any sign
-            is_end = (j == 1 and abs(before) <= at_before) or (j == count + 1 and abs(here) <= at_here)
+            is_end = (j == 2 and abs(before) <= at_before) or (j == count + 2 and abs(here) <= at_here)
             is_rounding = is_end or (abs(before) <= at_before and abs(here) <= at_here)
-            j += 1
-            if (before > 0.0) != (here > 0.0) and not is_rounding:
+            if not is_rounding:
                 state[_X1 + lane] = _place(table, rule, count, j - 2)
                 state[_X2 + lane] = _place(table, rule, count, j - 1)
                 state[_F1 + lane], state[_F2 + lane] = before, here
                 state[_SHARE + lane], state[_ACTIVE + lane], any_left = before / (before - here), 1.0, True
                 break
-        state[_NEXT + lane] = float(j)
+        state[_NEXT + lane] = 1.0 * min(j, count + 2)
     return any_left
 
 

@@ -50,8 +50,8 @@ def _abscissa(table, row, count, j):
 
 
 @subroutine()
-def _slope_at_end(signals, rows, row, lane, sign, count, side, table, rule):
-    """Least slope and curvature of ``sign * signal`` at an end of the panel, inwards, in abscissas, by five samples.
+def _slope_at_end(values, lane, count, side, table, rule):
+    """Least slope and curvature of the values at an end of the panel, inwards, in abscissas, by five samples.
 
     `side` is 0 for the first end and 1 for the last. What five samples change in the slope of four is at least what
     more would.
@@ -62,7 +62,7 @@ def _slope_at_end(signals, rows, row, lane, sign, count, side, table, rule):
     for i in range(5):
         j = i if side == 0 else count + 1 - i
         x = 1.0 + _abscissa(table, rule, count, i)
-        f = sign * signals[(j * rows + row) * LANES + lane]
+        f = values[j * LANES + lane]
         if i == 0:
             x0, f0 = x, f
         elif i == 1:
@@ -82,114 +82,160 @@ def _slope_at_end(signals, rows, row, lane, sign, count, side, table, rule):
     return slope, curvature
 
 
+@subroutine(inlined=True)
+def _neighbours(is_turn, count, table, rule, j):
+    """Abscissas of a sample between the ends, and of those before and after it."""
+    if is_turn:
+        return abscissa(count, j - 2), abscissa(count, j - 1), abscissa(count, j)
+    return _abscissa(table, rule, count, j - 1), _abscissa(table, rule, count, j), _abscissa(table, rule, count, j + 1)
+
+
+@subroutine(no_alias=True)
+def _mark_inside(values, j, a, x, b, least, following, marks, width):
+    """Fill the number of the next sample that may win from sample j on, by the parabola through it and its neighbours.
+
+    Only a local minimum may, by `_DROP_MARGIN` times the parabola's drop below it.
+    """
+    to_left, to_right, both = 1.0 / (x - a), 1.0 / (b - x), 1.0 / (b - a)
+    for lane in range(width):
+        left, value, right = values[lane], values[LANES + lane], values[2 * LANES + lane]
+        before, after = (value - left) * to_left, (right - value) * to_right
+        curvature = (after - before) * both
+        slope = (before * (b - x) + after * (x - a)) * both
+        above = value - least[lane]
+        reaches = (curvature > 0.0) & (above * curvature <= 0.25 * _DROP_MARGIN * slope * slope)
+        rise = (left if left > right else right) - value  # 0 on a plateau
+        is_lowest = (value <= left) & (value <= right) & (rise > _CONSTANT * abs(value))
+        marks[lane] = 1.0 * j if is_lowest & (reaches | (above <= 0.0)) else following[lane]
+
+
 @subroutine()
-def _start_inside(shape, count, table, rule, state, lane, j, left, value, right):
-    """Start the lane at a sample between the ends if its parabola may win; return whether it does."""
-    if max(left, right) - value <= _CONSTANT * abs(value):
-        return False
+def _mark_candidates(is_turn, values, least, count, table, rule, marks):
+    """Fill for each sample the number of the next one from it on at which a lane may start; behind the last for none.
+
+    These are the samples inside that may win, and ends that are not above the sample next to them.
+    """
+    width, last = len(least), (count + 1) * LANES
+    for lane in range(LANES):
+        marks[last + LANES + lane] = 1.0 * (count + 2)
+        starts = values[last + lane] <= values[last - LANES + lane] and values[last + lane] < math.inf
+        marks[last + lane] = 1.0 * (count + 1) if starts and not is_turn else 1.0 * (count + 2)
+    for j in range(count, 0, -1):
+        a, x, b = _neighbours(is_turn, count, table, rule, j)
+        _mark_inside(
+            values[(j - 1) * LANES :], j, a, x, b, least, marks[(j + 1) * LANES :], marks[j * LANES :], width
+        )  # fmt: skip
+    for lane in range(LANES):
+        starts = values[lane] <= values[LANES + lane] and values[lane] < math.inf
+        marks[lane] = 0.0 if starts and not is_turn else marks[LANES + lane]
+
+
+@subroutine()
+def _start_inside(shape, is_turn, values, count, table, rule, state, lane, j):
+    """Start the lane at a sample between the ends."""
+    a, x, b = _neighbours(is_turn, count, table, rule, j)
+    left, value, right = values[(j - 1) * LANES + lane], values[j * LANES + lane], values[(j + 1) * LANES + lane]
     half, centre = shape[TILE_HALF + lane], shape[TILE_CENTRE + lane]
-    if shape[TILE_SCALE + lane] == 0.0:
-        x, a, b = abscissa(count, j - 1), abscissa(count, j - 2), abscissa(count, j)
-    else:
-        x = _abscissa(table, rule, count, j)
-        a, b = _abscissa(table, rule, count, j - 1), _abscissa(table, rule, count, j + 1)
-    before, after = (value - left) / (x - a), (right - value) / (b - x)
-    curvature = (after - before) / (b - a)
-    slope = (before * (b - x) + after * (x - a)) / (b - a)
-    drop = 0.25 * slope * slope / curvature if curvature > 0.0 else 0.0
-    if value - _DROP_MARGIN * drop <= state[LEAST + lane]:
-        first, middle, last = centre + half * a, centre + half * x, centre + half * b
-        start_lane(state, lane, first, middle, last, left, value, right, 2.0 * half * (b - a))
-        return True
-    return False
+    first, middle, last = centre + half * a, centre + half * x, centre + half * b
+    start_lane(state, lane, first, middle, last, left, value, right, 2.0 * half * (b - a))
 
 
 @subroutine()
-def _choose_end(shape, state, lane, j, inner, value, neighbour):
-    """Make an end of the panel the lane's candidate, from its value, its neighbour's and their distance `inner`."""
+def _start_at_end(shape, values, count, table, rule, state, lane, j):
+    """Make an end of the panel the lane's candidate if the least value may be inside; return whether it does."""
+    next_to_end = 1 if j == 0 else count
+    value, neighbour = values[j * LANES + lane], values[next_to_end * LANES + lane]
+    slope, curvature = _slope_at_end(values, lane, count, min(j, 1), table, rule)
+    inner = 1.0 + _abscissa(table, rule, count, 1)
+    if not slope < _DOUBTFUL * inner * abs(curvature):
+        state[RESULT + lane] = min(state[RESULT + lane], value)
+        return False
     direction = shape[TILE_HALF + lane] if j == 0 else -shape[TILE_HALF + lane]
     end = shape[TILE_CENTRE + lane] - direction
     state[BEST + lane], state[AT_BEST + lane] = end, value
     state[STEP + lane] = direction * inner
     state[SECOND + lane], state[AT_SECOND + lane] = end + direction * inner, neighbour
     state[ACTIVE + lane] = AT_END
+    return True
 
 
 @subroutine()
-def _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, lane):
-    """Start the lane at its next local minimum that may win, from sample NEXT on; the lane rests if there is none."""
-    is_turn = shape[TILE_SCALE + lane] == 0.0
-    j = int(state[NEXT + lane])
-    last = count + 1
-    while j <= last:
-        value = sign * samples[(j * rows + row) * LANES + lane]
-        left = sign * samples[((j - 1) * rows + row) * LANES + lane] if j > 0 else math.inf
-        right = sign * samples[((j + 1) * rows + row) * LANES + lane] if j < last else math.inf
-        starts = False
-        if value <= left and value <= right and (value < left or value < right):  # no plateau
-            if 0 < j < last:
-                starts = _start_inside(shape, count, table, rule, state, lane, j, left, value, right)
-            elif not is_turn:
-                slope, curvature = _slope_at_end(samples, rows, row, lane, sign, count, min(j, 1), table, rule)
-                inner = 1.0 + _abscissa(table, rule, count, 1)
-                starts = slope < _DOUBTFUL * inner * abs(curvature)
-                if starts:
-                    _choose_end(shape, state, lane, j, inner, value, min(left, right))
-                else:
-                    state[RESULT + lane] = min(state[RESULT + lane], value)
-        j += 1
+def _next_candidate(shape, is_turn, values, marks, count, table, rule, state, lane):
+    """Start the lane at its next marked sample from NEXT on that may win; the lane rests if there is none."""
+    j = int(marks[int(state[NEXT + lane]) * LANES + lane])
+    while j <= count + 1:
+        starts = True
+        if 0 < j <= count:
+            _start_inside(shape, is_turn, values, count, table, rule, state, lane, j)
+        else:
+            starts = _start_at_end(shape, values, count, table, rule, state, lane, j)
         if starts:
-            state[NEXT + lane] = j
+            state[NEXT + lane] = j + 1
             return
+        j = int(marks[(j + 1) * LANES + lane])
     state[NEXT + lane], state[ACTIVE + lane] = j, 0.0
     state[BEST + lane], state[AT_BEST + lane] = shape[TILE_CENTRE + lane], math.inf
 
 
 @subroutine(no_alias=True)
-def _lower(state, samples, sign):
-    """Lower the least samples to those of one node."""
-    for lane in range(LANES):
-        value, least = sign * samples[lane], state[LEAST + lane]
-        state[LEAST + lane] = value if value < least else least
+def _take_sample(sample, sign, values, least):
+    """Fill the values of a signal at one node, and lower the least ones to them."""
+    # LLVM would unroll a loop of constant length instead of vectorising it.
+    for lane in range(len(least)):
+        value, lowest = sign * sample[lane], least[lane]
+        values[lane] = value
+        least[lane] = value if value < lowest else lowest
 
 
 @subroutine()
-def find_minimum(
-    fill, constants, shape, anchor, law, variant, needs, rows, row, sign, count, table, rule, samples, state, tangents,
-    signals,
-):  # fmt: skip
-    """Fill RESULT with the least ``sign * signal`` over each panel of a tile, from its samples.
+def _look_inside(fill, constants, shape, anchor, law, variant, needs, row, sign, state, tangents, signals):
+    """Look at points ever nearer to the ends that are candidates, and start the lanes where one is below the end."""
+    for look in _LOOKS:
+        for lane in range(LANES):
+            is_at_end = state[ACTIVE + lane] == AT_END
+            state[TRIAL + lane] = state[BEST + lane] + (look * state[STEP + lane] if is_at_end else 0.0)
+        fill_trial_tangents(shape, state, tangents)
+        fill(constants, tangents, anchor, law, variant, 1, needs, signals)
+        for lane in range(LANES):
+            _take_look(state, lane, state[TRIAL + lane], sign * signals[row * LANES + lane])
+    for lane in range(LANES):
+        _take_look(state, lane, state[BEST + lane], state[AT_BEST + lane])
+    for lane in range(LANES):
+        state[ACTIVE + lane] = 1.0 if state[ACTIVE + lane] == 1.0 else 0.0
+
+
+@subroutine()
+def find_minimum(fill, rows, anchor, law, variant, needs, row, sign, count, table, rule, samples, tile):
+    """Fill RESULT of the state of a tile with the least ``sign * signal`` over each panel, from its samples.
 
     The first and the last sample are the ends of the panel; of a turn, which has no ends, those before and after it.
     """
+    state, shape, values, marks = tile.state, tile.shape, tile.values, tile.marks
+    least = state[LEAST : LEAST + LANES]
     for lane in range(LANES):
         state[LEAST + lane], state[NEXT + lane] = math.inf, 0.0
     for j in range(count + 2):
-        _lower(state, samples[(j * rows + row) * LANES :], sign)
+        _take_sample(samples[(j * rows + row) * LANES :], sign, values[j * LANES :], least)
+    is_turn = shape[TILE_SCALE] == 0.0
+    _mark_candidates(is_turn, values, least, count, table, rule, marks)
     for lane in range(LANES):
         state[RESULT + lane] = state[LEAST + lane]
     while True:
         working, at_end = False, False
         for lane in range(LANES):
-            _next_candidate(shape, samples, rows, row, sign, count, table, rule, state, lane)
+            _next_candidate(shape, is_turn, values, marks, count, table, rule, state, lane)
             working = working or state[ACTIVE + lane] != 0.0
             at_end = at_end or state[ACTIVE + lane] == AT_END
         if not working:
             return
         if at_end:
-            for look in _LOOKS:
-                for lane in range(LANES):
-                    is_at_end = state[ACTIVE + lane] == AT_END
-                    state[TRIAL + lane] = state[BEST + lane] + (look * state[STEP + lane] if is_at_end else 0.0)
-                fill_trial_tangents(shape, state, tangents)
-                fill(constants, tangents, anchor, law, variant, 1, needs, signals)
-                for lane in range(LANES):
-                    _take_look(state, lane, state[TRIAL + lane], sign * signals[row * LANES + lane])
-            for lane in range(LANES):
-                _take_look(state, lane, state[BEST + lane], state[AT_BEST + lane])
-            for lane in range(LANES):
-                state[ACTIVE + lane] = 1.0 if state[ACTIVE + lane] == 1.0 else 0.0
-        minimise(fill, constants, shape, anchor, law, variant, needs, row, sign, state, tangents, signals)
+            _look_inside(
+                fill, tile.constants, shape, anchor, law, variant, needs, row, sign, state, tile.node,
+                tile.node_signals,
+            )  # fmt: skip
+        minimise(
+            fill, tile.constants, shape, anchor, law, variant, needs, row, sign, state, tile.node, tile.node_signals
+        )  # fmt: skip
         for lane in range(LANES):
             state[RESULT + lane] = min(state[RESULT + lane], state[AT_BEST + lane])
 

@@ -99,8 +99,9 @@ def _sample_window(
                 rare, work, tile, sums,
             )  # fmt: skip
         collect(
-            work.bounds, work.panels, 0 if tables.is_adaptive or pieces else count, has_turns, n, work.live,
-            work.first_panel, work.panel_count, stride, 2 if ends else 0, work.averaging, work.rest, work.noise,
+            work.bounds, work.panels, 0 if tables.is_adaptive or pieces else count, has_turns, n,
+            regular and number == 0, per_design, work.live, work.first_panel, work.panel_count, stride,
+            2.0 if ends else 0.0, work.averaging, work.rest, work.noise,
         )  # fmt: skip
         _merge_rows(n, regular and number == 0, per_design, stride, tables.flags, w, work, sums)
         if tables.is_adaptive:

@@ -38,30 +38,56 @@ def copy_numbers(to, source, n):
         to[j] = source[j]
 
 
+@subroutine(no_alias=True)
+def _collect_designs(b, n, live, averaging, rest, noise):
+    """Fill lengths and noise of the live designs, and start the sums over their panels."""
+    for j in range(n):
+        i = live[j]
+        length, noise_of_design = averaging[i] - rest[i], noise[i]
+        # The terms of the velocities are a peak of this height and of a width of its inverse.
+        width = math.pi / (2.0 * length * noise_of_design) if noise_of_design > 0.0 else 1.0
+        b[bounds.AVERAGING + j], b[bounds.REST + j] = averaging[i], rest[i]
+        b[bounds.NOISE + j] = noise_of_design * math.sqrt(width if width < 1.0 else 1.0)
+        b[bounds.SECOND + j] = b[bounds.FOURTH + j] = b[bounds.SIXTH + j] = b[bounds.TOTAL + j] = 0.0
+        b[bounds.IS_FINEST + j] = 1.0
+
+
+@subroutine(inlined=True)
+def _add_panel(b, panels, j, k, counts, ends):
+    """Add node count and the model's errors of panel k to design j, if it counts."""
+    second, fourth, sixth = panels[SECOND + k], panels[FOURTH + k], panels[SIXTH + k]
+    nodes, scale, finest = panels[COUNT + k], panels[SCALE + k], b[bounds.IS_FINEST + j]
+    b[bounds.SECOND + j] += second if counts else 0.0
+    b[bounds.FOURTH + j] += fourth if counts else 0.0
+    b[bounds.SIXTH + j] += sixth if counts else 0.0
+    b[bounds.TOTAL + j] += nodes + (ends if scale > 0.0 else 0.0) if counts else 0.0
+    b[bounds.IS_FINEST + j] = 0.0 if counts & (nodes != LARGEST_NODE_COUNT) else finest
+
+
+@subroutine(no_alias=True)
+def _add_regular(b, panels, n, part, panel_count, ends):
+    """Add the panel of this number of each design that has as many."""
+    for j in range(n):
+        _add_panel(b, panels, j, part * n + j, part < panel_count[j], ends)
+
+
 @subroutine()
-def collect(b, panels, total, has_turns, n, live, first_panel, panel_count, stride, ends, averaging, rest, noise):
-    """Fill lengths, noise, node counts and the model's errors of the live designs."""
+def collect(
+    b, panels, total, has_turns, n, regular, per_design, live, first_panel, panel_count, stride, ends, averaging, rest,
+    noise,
+):  # fmt: skip
+    """Fill lengths, noise, node counts and errors of the model of the live designs, `regular` as in `merge_regular`."""
     model_errors(panels, total)
     if has_turns:
         model_equispaced(panels, total // 2)
+    _collect_designs(b, n, live, averaging, rest, noise)
+    if regular:
+        for part in range(per_design):
+            _add_regular(b, panels, n, part, panel_count, ends)
+        return
     for j in range(n):
-        i = live[j]
-        length = averaging[i] - rest[i]
-        # The terms of the velocities are a peak of this height and of a width of its inverse.
-        width = math.pi / (2.0 * length * noise[i]) if noise[i] > 0.0 else 1.0
-        b[bounds.AVERAGING + j], b[bounds.REST + j] = averaging[i], rest[i]
-        b[bounds.NOISE + j] = noise[i] * math.sqrt(min(1.0, width))
-        second = fourth = sixth = 0.0
-        nodes, finest = 0.0, 1.0
-        for p in range(panel_count[i]):
-            k = first_panel[i] + p * stride
-            second += panels[SECOND + k]
-            fourth += panels[FOURTH + k]
-            sixth += panels[SIXTH + k]
-            nodes += panels[COUNT + k] + (ends if panels[SCALE + k] > 0.0 else 0)
-            finest = finest if panels[COUNT + k] == LARGEST_NODE_COUNT else 0.0
-        b[bounds.SECOND + j], b[bounds.FOURTH + j], b[bounds.SIXTH + j] = second, fourth, sixth
-        b[bounds.TOTAL + j], b[bounds.IS_FINEST + j] = nodes, finest
+        for part in range(panel_count[live[j]]):
+            _add_panel(b, panels, j, first_panel[live[j]] + part * stride, True, ends)
 
 
 @subroutine(no_alias=True)

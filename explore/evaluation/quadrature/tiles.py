@@ -163,7 +163,9 @@ def fill_moments(signals, rows, flags, count, weights, roots, factors, masses, s
     width = len(masses)
     for lane in range(width):
         masses[lane] = 0.0
-    sums[: rows * SUMS_SIZE] = 0.0
+    for s in range(rows):
+        if flags[s]:
+            sums[s * SUMS_SIZE : (s + 1) * SUMS_SIZE] = 0.0
     _pad(count, weights, roots, factors)
     for j in range(0, count, 4):
         _add_integrals(signals, rows, flags, j, count - 1, weights, masses, sums)

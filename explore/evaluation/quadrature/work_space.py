@@ -143,6 +143,8 @@ class TileWork(NamedTuple):
     disturbed: FloatArray
     parts: FloatArray
     search: FloatArray
+    values: FloatArray
+    marks: FloatArray
 
 
 class PanelSums(NamedTuple):
@@ -216,7 +218,7 @@ TABLES_TYPE = types.NamedTuple(
      types.boolean, types.boolean, types.boolean, _I1, _I1, types.float64[:, ::1], _F1, _F1),
     Tables,
 )  # fmt: skip
-TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 15), TileWork)
+TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 17), TileWork)
 PANEL_SUMS_TYPE = types.NamedUniTuple(_F1, 10, PanelSums)
 CHUNK_WORK_TYPE = types.NamedTuple((*[_F1] * 5, *[_I1] * 10, *[_F1] * 12), ChunkWork)
 
@@ -244,6 +246,7 @@ def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, P
         sums=np.empty(rows * SUMS_SIZE), state=np.zeros(max(STATE_SIZE, HAND_OVER_SIZE)), node=np.empty(LANES),
         node_signals=np.empty(rows * LANES), few_tangents=np.empty(few * LANES),
         disturbed=np.empty(rows * few * LANES), parts=np.empty(PARTS_SIZE), search=np.zeros(SEARCH_SIZE),
+        values=np.empty(NODE_CAPACITY * LANES), marks=np.empty(NODE_CAPACITY * LANES),
     )  # fmt: skip
     of_rows = rows * PANEL_CAPACITY
     sums = PanelSums(np.empty(PANEL_CAPACITY), *(np.empty(of_rows) for _ in range(9)))
