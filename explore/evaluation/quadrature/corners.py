@@ -27,12 +27,10 @@ _MOST_STEPS = 80
 #: Largest width of a bracket that is a zero, half lengths of the panel.
 _WIDTH = 4e-16
 
-# Rows of the state of the search, after those of `brent.fill_trial_tangents`: both ends of the bracket and the point
-# before, their values, the step as a share of the bracket, whether the lane is at work, the next sample to look at,
-# what is doubtful, the largest sample.
-_X1, _X2, _X3, _F1, _F2, _F3, _SHARE, _ACTIVE, _NEXT, _DOUBT, _LARGEST = (
-    (TRIAL // LANES + 1 + row) * LANES for row in range(11)
-)
+# Rows of the state of the search, after those of `brent.fill_trial_tangents`: both ends of the bracket, their values,
+# the step as a share of the bracket, whether the lane is at work, the next sample to look at, what is doubtful, the
+# largest sample.
+_X1, _X2, _F1, _F2, _SHARE, _ACTIVE, _NEXT, _DOUBT, _LARGEST = ((TRIAL // LANES + 1 + row) * LANES for row in range(9))
 #: Size of the state.
 SEARCH_SIZE = _LARGEST + LANES
 
@@ -51,10 +49,10 @@ def search_tile(fill, sizes, tables, w, first, last, chosen, work, tile):
     state = tile.search
     for c in range(first, last):
         row, terms_row, level = tables.corner_rows[c, 0], tables.corner_rows[c, 1], tables.corner_levels[c]
-        doubtful_ends = False
         _take_row(sizes.rows, row, terms_row, level, count + 2, work, tile)
+        _doubt(tile, tables.row_of[count], tables.rules, count)
+        doubtful_ends = False
         for lane in range(LANES):
-            state[_DOUBT + lane] = _doubt(tile, tables.row_of[count], tables.rules, count, lane)
             doubtful_ends = doubtful_ends or 0.0 < state[_DOUBT + lane] < _DIP
         if doubtful_ends:
             gap = 1.0 - tables.rules[tables.row_of[count], 0]
@@ -74,7 +72,7 @@ def search_tile(fill, sizes, tables, w, first, last, chosen, work, tile):
 
 @subroutine()
 def _take_row(rows, row, terms_row, level, samples, work, tile):
-    """Fill and mark the samples of a row less the level, and bounds of their rounding errors.
+    """Fill the samples of a row less the level, bounds of their rounding errors, and where the next sign begins.
 
     Where the size of its terms is not known, a row is rounded like its largest sample.
     """
@@ -82,7 +80,7 @@ def _take_row(rows, row, terms_row, level, samples, work, tile):
     for lane in range(LANES):
         state[_NEXT + lane], state[_LARGEST + lane], noise = 1.0, 0.0, work.noise[tile.lane_designs[lane]]
         tile.node[lane] = ROUNDING * (1.0 + noise * (1.0 + noise))
-        tile.values[samples * LANES + lane] = tile.marks[samples * LANES + lane] = 1.0 * samples
+        tile.marks[samples * LANES + lane] = 1.0 * samples
     largest = state[_LARGEST : _LARGEST + LANES]
     for j in range(samples):
         _take_sample(tile.signals[(j * rows + row) * LANES :], level, tile.roots[j * LANES :], largest)
@@ -90,10 +88,7 @@ def _take_row(rows, row, terms_row, level, samples, work, tile):
         terms = tile.signals[(j * rows + terms_row) * LANES :] if terms_row >= 0 else largest
         _round_sample(terms, tile.node, tile.weights[j * LANES :])
     for j in range(samples - 1, 0, -1):
-        is_end = j == 1 or j >= samples - 2
-        _mark_sample(
-            tile.roots[(j - 1) * LANES :], j, is_end, tile.values[j * LANES :], tile.marks[j * LANES :], len(largest)
-        )  # fmt: skip
+        _mark_change(tile.roots[(j - 1) * LANES :], j, tile.marks[j * LANES :], len(largest))
 
 
 @subroutine(no_alias=True)
@@ -111,19 +106,12 @@ def _round_sample(terms, rounding, roundings):
 
 
 @subroutine(no_alias=True)
-def _mark_sample(values, j, is_end, dips, changes, width):
-    """Fill the numbers of the next sample from j on in a dip, or next to an end, and of the next change of sign.
-
-    The values are those before, at and behind sample j; what is behind the last sample counts for nothing.
-    """
+def _mark_change(values, j, marks, width):
+    """Fill the number of the next sample from j on whose sign is not that of the one before."""
     for lane in range(width):
-        before, here, after = values[lane], values[LANES + lane], values[2 * LANES + lane]
-        changes_sign, sign = (before > 0.0) != (here > 0.0), 1.0 if here > 0.0 else -1.0
-        before, here, after = sign * before, sign * here, sign * after
-        is_dip = (before > 0.0) & (after > 0.0) & (here <= before) & (here <= after)
-        next_dip, next_change = dips[LANES + lane], changes[LANES + lane]
-        dips[lane] = 1.0 * j if is_dip | is_end else next_dip
-        changes[lane] = 1.0 * j if changes_sign else next_change
+        changes = (values[lane] > 0.0) != (values[LANES + lane] > 0.0)
+        following = marks[LANES + lane]
+        marks[lane] = 1.0 * j if changes else following
 
 
 @subroutine(inlined=True)
@@ -135,40 +123,56 @@ def _place(table, rule, count, j):
 
 
 @subroutine()
-def _doubt(tile, rule, table, count, lane):
-    """Where zeros may be that samples of a row less its level do not show: in a dip, beside an end that is zero."""
-    doubt, following = 0.0, 1
-    while True:
-        j = int(tile.values[following * LANES + lane])
-        if j > count:
-            return doubt
-        following = j + 1
-        before, here = tile.roots[(j - 1) * LANES + lane], tile.roots[j * LANES + lane]
-        after = tile.roots[(j + 1) * LANES + lane]
-        sign = 1.0 if here > 0.0 else -1.0
-        before, here, after = sign * before, sign * here, sign * after
-        is_dip = before > 0.0 and after > 0.0 and here <= min(before, after)
-        if here <= tile.weights[j * LANES + lane] and max(abs(before), abs(after)) <= tile.weights[j * LANES + lane]:
-            continue
-        x0, x1 = _place(table, rule, count, j - 1), _place(table, rule, count, j)
-        x2 = _place(table, rule, count, j + 1)
-        to_left, to_right = (here - before) / (x1 - x0), (after - here) / (x2 - x1)
-        curvature = (to_right - to_left) / (x2 - x0)
-        if curvature <= 0.0:
-            continue
-        if is_dip:
-            slope = (to_left * (x2 - x1) + to_right * (x1 - x0)) / (x2 - x0)
-            if here <= _MARGIN * 0.25 * slope * slope / curvature:
-                return _DIP
-        if j == 1 and abs(before) <= tile.weights[lane] + here and after > 0.0:
-            slope = to_left - curvature * (x1 - x0)
-            if before + min(0.0, slope) * (x1 - x0) <= tile.weights[lane] and slope < _CLEAR * curvature * (x1 - x0):
-                doubt += _FIRST_END
-        if j == count and abs(after) <= tile.weights[(count + 1) * LANES + lane] + here and before > 0.0:
-            slope = -to_right - curvature * (x2 - x1)
-            least = after + min(0.0, slope) * (x2 - x1)
-            if least <= tile.weights[(count + 1) * LANES + lane] and slope < _CLEAR * curvature * (x2 - x1):
-                doubt += _LAST_END
+def _doubt(tile, rule, table, count):
+    """Fill where zeros may be that samples of a row less its level do not show: in a dip, beside an end that is 0."""
+    doubts = tile.search[_DOUBT : _DOUBT + LANES]
+    doubts[:] = 0.0
+    first, second = 1.0 + _place(table, rule, count, 1), 1.0 + _place(table, rule, count, 2)
+    for side, end, step in ((_FIRST_END, 0, LANES), (_LAST_END, (count + 1) * LANES, -LANES)):
+        _doubt_end(
+            tile.roots[end:], tile.roots[end + step :], tile.roots[end + 2 * step :], tile.weights[end:],
+            tile.weights[end + step :], first, second - first, side, doubts,
+        )  # fmt: skip
+    for j in range(1, count + 1):
+        before = _place(table, rule, count, j) - _place(table, rule, count, j - 1)
+        after = _place(table, rule, count, j + 1) - _place(table, rule, count, j)
+        _doubt_sample(tile.roots[(j - 1) * LANES :], tile.weights[j * LANES :], before, after, doubts)
+
+
+@subroutine(no_alias=True)
+def _doubt_sample(values, roundings, to_left, to_right, doubts):
+    """Fill `_DIP` where zeros may be near the second of three samples, by the parabola through these."""
+    one_over_left, one_over_right, one_over_both = 1.0 / to_left, 1.0 / to_right, 1.0 / (to_left + to_right)
+    for lane in range(len(doubts)):
+        left, value, right = values[lane], values[LANES + lane], values[2 * LANES + lane]
+        sign = 1.0 if value > 0.0 else -1.0
+        left, value, right = sign * left, sign * value, sign * right
+        before, after = (value - left) * one_over_left, (right - value) * one_over_right
+        curvature, slope = (after - before) * one_over_both, (before * to_right + after * to_left) * one_over_both
+        is_dip = (left > 0.0) & (right > 0.0) & (value <= left) & (value <= right)
+        is_rounding = (left if left > right else right) <= roundings[lane]
+        is_deep = (curvature > 0.0) & (value * curvature <= 0.25 * _MARGIN * slope * slope)
+        doubts[lane] = _DIP if is_dip & is_deep & (not is_rounding) else doubts[lane]
+
+
+@subroutine(no_alias=True)
+def _doubt_end(at_end, at_next, at_second, rounding_at_end, rounding_at_next, first, second, side, doubts):
+    """Add a side where zeros may be beside it, by a parabola through the samples at the end and next to it.
+
+    `first` and `second` are the distances from the end to the next sample, and from that to the second one.
+    """
+    for lane in range(len(doubts)):
+        sign = 1.0 if at_next[lane] > 0.0 else -1.0
+        end, here, inner = sign * at_end[lane], sign * at_next[lane], sign * at_second[lane]
+        outwards, inwards = (here - end) / first, (inner - here) / second
+        curvature = (inwards - outwards) / (first + second)
+        slope = outwards - curvature * first
+        least = end + (slope if slope < 0.0 else 0.0) * first
+        largest = abs(end) if abs(end) > abs(inner) else abs(inner)
+        is_rounding = (here <= rounding_at_next[lane]) & (largest <= rounding_at_next[lane])
+        is_near = (abs(end) <= rounding_at_end[lane] + here) & (inner > 0.0) & (least <= rounding_at_end[lane])
+        is_doubtful = is_near & (curvature > 0.0) & (slope < _CLEAR * curvature * first) & (not is_rounding)
+        doubts[lane] += side if is_doubtful else 0.0
 
 
 @subroutine()
@@ -236,29 +240,33 @@ def _narrow(fill, anchor, law, variant, needs, row, level, tile):
             return
         fill_trial_tangents(shape, state, tile.node)
         fill(tile.constants, tile.node, anchor, law, variant, 1, needs, tile.node_signals)
-        _update(state, tile.node_signals[row * LANES :], level)
+        _update(state, tile.node_signals[row * LANES :], level, len(tile.node))
 
 
-@subroutine()
-def _update(state, values, level):
-    """Take the values at the trial points into the brackets, and choose the next step of each lane."""
-    for lane in range(LANES):
-        if state[_ACTIVE + lane] == 0.0:
-            continue
-        x1, x2, f1, f2 = state[_X1 + lane], state[_X2 + lane], state[_F1 + lane], state[_F2 + lane]
-        x, f = x1 + state[_SHARE + lane] * (x2 - x1), values[lane] - level
-        x3, f3 = x1, f1
-        if (f > 0.0) != (f1 > 0.0):
-            x3, f3, x2, f2 = x2, f2, x1, f1
-        x1, f1 = x, f
-        width = abs(x2 - x1)
-        least = 0.5 * _WIDTH / width if width > 0.0 else 1.0
-        if f == 0.0 or least > 0.25:
-            state[_ACTIVE + lane] = 0.0
-        place, slope = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
-        share = 0.5
-        if slope * slope < place and (1.0 - slope) * (1.0 - slope) < 1.0 - place:
-            share = f1 / (f2 - f1) * f3 / (f2 - f3) + (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f3 - f2)
-        state[_X1 + lane], state[_X2 + lane], state[_X3 + lane] = x1, x2, x3
-        state[_F1 + lane], state[_F2 + lane], state[_F3 + lane] = f1, f2, f3
-        state[_SHARE + lane] = min(max(share, least), 1.0 - least)
+@subroutine(no_alias=True)
+def _update(state, values, level, width):
+    """Take the values at the trial points into the brackets, and choose the next step of each lane.
+
+    Without branches, so that the loop over lanes vectorises.
+    """
+    for lane in range(width):
+        is_active, share = state[_ACTIVE + lane], state[_SHARE + lane]
+        x1, f1, old_x2, old_f2 = state[_X1 + lane], state[_F1 + lane], state[_X2 + lane], state[_F2 + lane]
+        x, f = x1 + share * (old_x2 - x1), values[lane] - level
+        passes = (f > 0.0) != (f1 > 0.0)
+        x3, f3 = (old_x2, old_f2) if passes else (x1, f1)
+        x2, f2 = (x1, f1) if passes else (old_x2, old_f2)
+        width_of_bracket = abs(x2 - x)
+        least = 0.5 * _WIDTH / width_of_bracket if width_of_bracket > 0.0 else 1.0
+        is_found = (f == 0.0) | (least > 0.25)
+        place, slope = (x - x2) / (x3 - x2), (f - f2) / (f3 - f2)
+        is_inside = (slope * slope < place) & ((1.0 - slope) * (1.0 - slope) < 1.0 - place)
+        quadratic = f / (f2 - f) * f3 / (f2 - f3) + (x3 - x) / (x2 - x) * f / (f3 - f) * f2 / (f3 - f2)
+        next_share = quadratic if is_inside else 0.5
+        next_share = least if least > next_share else next_share
+        next_share = 1.0 - least if next_share > 1.0 - least else next_share
+        rests = is_active == 0.0
+        state[_X1 + lane], state[_F1 + lane] = (x1, f1) if rests else (x, f)
+        state[_X2 + lane], state[_F2 + lane] = (old_x2, old_f2) if rests else (x2, f2)
+        state[_SHARE + lane] = share if rests else next_share
+        state[_ACTIVE + lane] = 0.0 if is_found else is_active

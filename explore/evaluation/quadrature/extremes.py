@@ -49,37 +49,24 @@ def _abscissa(table, row, count, j):
     return -table[row + k, 0] if 2 * k < count else table[row + count - 1 - k, 0]
 
 
-@subroutine()
-def _slope_at_end(values, lane, count, side, table, rule):
-    """Least slope and curvature of the values at an end of the panel, inwards, in abscissas, by five samples.
+@subroutine(no_alias=True)
+def _mark_end(at_0, at_1, at_2, at_3, at_4, x1, x2, x3, x4, number, following, marks):
+    """Fill the number of an end that is not above the sample next to it where the least value may be inside, or go on.
 
-    `side` is 0 for the first end and 1 for the last. What five samples change in the slope of four is at least what
-    more would.
+    The samples are those from the end on, and their distances from it in abscissas. The slope at the end is the least
+    by five samples: what the fifth changes in the slope of four is at least what more would.
     """
-    # Newton's divided differences at the samples x_0 … x_4, and the derivatives of the interpolant at x_0 = 0.
-    x0 = x1 = x2 = x3 = x4 = 0.0
-    f0 = f1 = f2 = f3 = f4 = 0.0
-    for i in range(5):
-        j = i if side == 0 else count + 1 - i
-        x = 1.0 + _abscissa(table, rule, count, i)
-        f = values[j * LANES + lane]
-        if i == 0:
-            x0, f0 = x, f
-        elif i == 1:
-            x1, f1 = x, f
-        elif i == 2:
-            x2, f2 = x, f
-        elif i == 3:
-            x3, f3 = x, f
-        else:
-            x4, f4 = x, f
-    d01, d12, d23, d34 = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1), (f3 - f2) / (x3 - x2), (f4 - f3) / (x4 - x3)
-    d02, d13, d24 = (d12 - d01) / (x2 - x0), (d23 - d12) / (x3 - x1), (d34 - d23) / (x4 - x2)
-    d03, d14 = (d13 - d02) / (x3 - x0), (d24 - d13) / (x4 - x1)
-    d04 = (d14 - d03) / (x4 - x0)
-    slope = d01 - x1 * (d02 - x2 * (d03 - x3 * d04)) - x1 * x2 * x3 * abs(d04)
-    curvature = 2.0 * (d02 - (x1 + x2) * d03 + (x1 * x2 + x1 * x3 + x2 * x3) * d04)
-    return slope, curvature
+    # Newton's divided differences, and the derivatives of the interpolant at the end.
+    for lane in range(len(at_0)):
+        f0, f1, f2, f3, f4 = at_0[lane], at_1[lane], at_2[lane], at_3[lane], at_4[lane]
+        d01, d12, d23, d34 = (f1 - f0) / x1, (f2 - f1) / (x2 - x1), (f3 - f2) / (x3 - x2), (f4 - f3) / (x4 - x3)
+        d02, d13, d24 = (d12 - d01) / x2, (d23 - d12) / (x3 - x1), (d34 - d23) / (x4 - x2)
+        d03, d14 = (d13 - d02) / x3, (d24 - d13) / (x4 - x1)
+        d04 = (d14 - d03) / x4
+        slope = d01 - x1 * (d02 - x2 * (d03 - x3 * d04)) - x1 * x2 * x3 * abs(d04)
+        curvature = 2.0 * (d02 - (x1 + x2) * d03 + (x1 * x2 + x1 * x3 + x2 * x3) * d04)
+        starts = (f0 <= f1) & (f0 < math.inf) & (slope < _DOUBTFUL * x1 * abs(curvature))
+        marks[lane] = number if starts else following[lane]
 
 
 @subroutine(inlined=True)
@@ -111,23 +98,29 @@ def _mark_inside(values, j, a, x, b, least, following, marks, width):
 
 @subroutine()
 def _mark_candidates(is_turn, values, least, count, table, rule, marks):
-    """Fill for each sample the number of the next one from it on at which a lane may start; behind the last for none.
-
-    These are the samples inside that may win, and ends that are not above the sample next to them.
-    """
-    width, last = len(least), (count + 1) * LANES
-    for lane in range(LANES):
-        marks[last + LANES + lane] = 1.0 * (count + 2)
-        starts = values[last + lane] <= values[last - LANES + lane] and values[last + lane] < math.inf
-        marks[last + lane] = 1.0 * (count + 1) if starts and not is_turn else 1.0 * (count + 2)
+    """Fill for each sample the number of the next one from it on at which a lane starts; behind the last for none."""
+    width, last = len(least), count + 1
+    none, first = marks[(last + 1) * LANES : (last + 2) * LANES], marks[:LANES]
+    none[:] = 1.0 * (last + 1)
+    marks[last * LANES : (last + 1) * LANES] = 1.0 * (last + 1)
+    x1, x2 = 1.0 + _abscissa(table, rule, count, 1), 1.0 + _abscissa(table, rule, count, 2)
+    x3, x4 = 1.0 + _abscissa(table, rule, count, 3), 1.0 + _abscissa(table, rule, count, 4)
+    if not is_turn:
+        _mark_end(
+            values[last * LANES : (last + 1) * LANES], values[(last - 1) * LANES :], values[(last - 2) * LANES :],
+            values[(last - 3) * LANES :], values[(last - 4) * LANES :], x1, x2, x3, x4, 1.0 * last, none,
+            marks[last * LANES :],
+        )  # fmt: skip
     for j in range(count, 0, -1):
         a, x, b = _neighbours(is_turn, count, table, rule, j)
-        _mark_inside(
-            values[(j - 1) * LANES :], j, a, x, b, least, marks[(j + 1) * LANES :], marks[j * LANES :], width
-        )  # fmt: skip
+        _mark_inside(values[(j - 1) * LANES :], j, a, x, b, least, marks[(j + 1) * LANES :], marks[j * LANES :], width)
     for lane in range(LANES):
-        starts = values[lane] <= values[LANES + lane] and values[lane] < math.inf
-        marks[lane] = 0.0 if starts and not is_turn else marks[LANES + lane]
+        first[lane] = marks[LANES + lane]
+    if not is_turn:
+        _mark_end(
+            values[:LANES], values[LANES:], values[2 * LANES :], values[3 * LANES :], values[4 * LANES :],
+            x1, x2, x3, x4, 0.0, marks[LANES:], first,
+        )  # fmt: skip
 
 
 @subroutine()
@@ -142,39 +135,28 @@ def _start_inside(shape, is_turn, values, count, table, rule, state, lane, j):
 
 @subroutine()
 def _start_at_end(shape, values, count, table, rule, state, lane, j):
-    """Make an end of the panel the lane's candidate if the least value may be inside; return whether it does."""
+    """Make an end of the panel the lane's candidate."""
     next_to_end = 1 if j == 0 else count
-    value, neighbour = values[j * LANES + lane], values[next_to_end * LANES + lane]
-    slope, curvature = _slope_at_end(values, lane, count, min(j, 1), table, rule)
-    inner = 1.0 + _abscissa(table, rule, count, 1)
-    if not slope < _DOUBTFUL * inner * abs(curvature):
-        state[RESULT + lane] = min(state[RESULT + lane], value)
-        return False
     direction = shape[TILE_HALF + lane] if j == 0 else -shape[TILE_HALF + lane]
-    end = shape[TILE_CENTRE + lane] - direction
-    state[BEST + lane], state[AT_BEST + lane] = end, value
+    end, inner = shape[TILE_CENTRE + lane] - direction, 1.0 + _abscissa(table, rule, count, 1)
+    state[BEST + lane], state[AT_BEST + lane] = end, values[j * LANES + lane]
     state[STEP + lane] = direction * inner
-    state[SECOND + lane], state[AT_SECOND + lane] = end + direction * inner, neighbour
+    state[SECOND + lane], state[AT_SECOND + lane] = end + direction * inner, values[next_to_end * LANES + lane]
     state[ACTIVE + lane] = AT_END
-    return True
 
 
 @subroutine()
 def _next_candidate(shape, is_turn, values, marks, count, table, rule, state, lane):
-    """Start the lane at its next marked sample from NEXT on that may win; the lane rests if there is none."""
+    """Start the lane at its next marked sample from NEXT on; it rests if there is none."""
     j = int(marks[int(state[NEXT + lane]) * LANES + lane])
-    while j <= count + 1:
-        starts = True
-        if 0 < j <= count:
-            _start_inside(shape, is_turn, values, count, table, rule, state, lane, j)
-        else:
-            starts = _start_at_end(shape, values, count, table, rule, state, lane, j)
-        if starts:
-            state[NEXT + lane] = j + 1
-            return
-        j = int(marks[(j + 1) * LANES + lane])
-    state[NEXT + lane], state[ACTIVE + lane] = j, 0.0
-    state[BEST + lane], state[AT_BEST + lane] = shape[TILE_CENTRE + lane], math.inf
+    if 0 < j <= count:
+        _start_inside(shape, is_turn, values, count, table, rule, state, lane, j)
+    elif j <= count + 1:
+        _start_at_end(shape, values, count, table, rule, state, lane, j)
+    else:
+        state[ACTIVE + lane] = 0.0
+        state[BEST + lane], state[AT_BEST + lane] = shape[TILE_CENTRE + lane], math.inf
+    state[NEXT + lane] = 1.0 * min(j + 1, count + 2)
 
 
 @subroutine(no_alias=True)
