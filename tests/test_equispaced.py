@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_quadrature_tiles import CONSTANTS, HARMONICS, OFFSET, PHASE, fill_harmonics, find_minima, value
+from test_quadrature_tiles import CONSTANTS, HARMONICS, OFFSET, PHASE, extremes, fill_harmonics, value
 from toy_mechanism import PEAK, Row
 
 from explore.base.compiling import LANES
@@ -26,7 +26,6 @@ from explore.evaluation.quadrature.equispaced import (
     place_equispaced_factors,
     repeat_turn,
 )
-from explore.evaluation.quadrature.extremes import RESULT, STATE_SIZE
 from explore.evaluation.quadrature.panels import (
     COUNT,
     FOURTH,
@@ -146,17 +145,14 @@ def test_extremes_are_found_anywhere(count, sign, at, offset):
     shape[TILE_RESOLUTION : TILE_RESOLUTION + LANES] = 1.0
     tangents, weights = np.empty(count * LANES), np.empty(count * LANES)
     place_equispaced(count, tangents, weights)
-    signals, state = np.empty((count + 2) * size), np.zeros(STATE_SIZE)
+    signals = np.empty((count + 2) * size)
     fill_harmonics(constants.reshape(-1), tangents, 0, 0, 0, count, 0, signals[size:])
     repeat_turn(signals, 2, count)
     _, row_of, table = gauss_legendre_rules()
-    find_minima(
-        fill_harmonics, constants.reshape(-1), shape, 0, sign, count, table, row_of[count], signals, state,
-        np.empty(LANES), np.empty(size),
-    )  # fmt: skip
+    found = extremes(constants.reshape(-1), shape, 0, sign, count, table, row_of[count], signals)
     exact = np.array([value(constants[:, lane], peaks[lane]) for lane in range(LANES)])
     # the arguments of the cosines, up to 3 x 6 rad, are rounded, and the step that ends the search
-    assert sign * state[RESULT : RESULT + LANES] == pytest.approx(exact, rel=0.0, abs=4e-15)
+    assert found == pytest.approx(exact, rel=0.0, abs=4e-15)
 
 
 def turns(designs, names, tolerance, mechanism=CRANK_ROCKER):

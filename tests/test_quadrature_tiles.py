@@ -58,6 +58,14 @@ def find_minima(fill, anchor, sign, count, table, rule, samples, tile):
     find_minimum(fill, 2, anchor, 0, 0, 0, 0, sign, count, table, rule, samples, tile)
 
 
+def extremes(constants, shape, anchor, sign, count, table, rule, signals):
+    """Smallest values of harmonics in each lane of a tile for a positive sign, else the largest."""
+    _, tile, _ = make_work_space(Sizes(CONSTANTS, 0, CONSTANTS, CONSTANTS, 2, -1, -1, 0), 0)
+    tile.constants[:], tile.shape[:] = constants, shape
+    find_minima(fill_harmonics, anchor, sign, count, table, rule, signals, tile)
+    return sign * tile.state[RESULT : RESULT + LANES]
+
+
 @compiled(void(_FILL, _F1, int64, _F1, _F1, _F1), allocates=True)
 def hand_over(fill, constants, anchor, state, tangents, signals):
     """`find_hand_overs` of the first row."""
@@ -105,10 +113,7 @@ class Tile:
 
     def extreme(self, sign):
         """Smallest value in each lane for a positive sign, else the largest."""
-        _, tile, _ = make_work_space(Sizes(CONSTANTS, 0, CONSTANTS, CONSTANTS, 2, -1, -1, 0), 0)
-        tile.constants[:], tile.shape[:] = self.constants, self.shape
-        find_minima(fill_harmonics, self.anchor, sign, self.count, self.table, self.rule, self.signals, tile)
-        return sign * tile.state[RESULT : RESULT + LANES]
+        return extremes(self.constants, self.shape, self.anchor, sign, self.count, self.table, self.rule, self.signals)
 
 
 def random_tile(seed, *, count=40, ends=True, same=()):
