@@ -203,6 +203,16 @@ def test_svg_is_to_scale_with_a_group_for_each_layer(drawing):
         assert min(abs(length - DESIGNS[name][link]) for length in lengths) < 2e-6, link
 
 
+def test_the_svg_of_a_small_linkage_keeps_its_figures(tmp_path):
+    small = {name: length * 1.2345e-6 for name, length in DESIGNS["crank-rocker"].items()}
+    explore.export("crank-rocker", [tmp_path / "a.svg", tmp_path / "a.dxf"], parameters=small)
+    root = ET.parse(tmp_path / "a.svg").getroot()
+    (paths,) = [group for group in root.iter(f"{SVG}g") if group.get("id") == "paths"]
+    assert float(next(paths.iter(f"{SVG}circle")).get("r")) == pytest.approx(small["crank"], rel=1e-6)
+    assert f"crank {small['crank']:.6g}" in {text.text for text in root.iter(f"{SVG}text")}
+    assert ezdxf.readfile(tmp_path / "a.dxf").dimstyles.get("explore").dxf.dimdec == 8
+
+
 def test_svg_and_dxf_have_the_same_splines(tmp_path):
     explore.export("gears", [tmp_path / "a.dxf", tmp_path / "a.svg"], parameters=DESIGNS["gears"])
     splines = ezdxf.readfile(tmp_path / "a.dxf").modelspace().query("SPLINE")

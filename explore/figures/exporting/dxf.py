@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from explore.figures.exporting.shapes import LAYERS, Angle, Arc, Circle, Distance, Shape, Sheet, Spline, Text
+from explore.figures.exporting.shapes import LAYERS, SMALL, Angle, Arc, Circle, Distance, Shape, Sheet, Spline, Text
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
@@ -46,7 +46,7 @@ def write_dxf(sheet: Sheet, path: Path) -> None:
     for name in LAYERS:
         colour, width, linetype = _LOOKS[name]
         document.layers.add(name, color=colour, lineweight=width, linetype=linetype)
-    _add_dimension_style(document, sheet.height)
+    _add_dimension_style(document, sheet)
     space = document.modelspace()
     for shape in sheet.shapes:
         _add(space, shape, sheet.height)
@@ -56,14 +56,15 @@ def write_dxf(sheet: Sheet, path: Path) -> None:
     document.saveas(path)
 
 
-def _add_dimension_style(document: Drawing, height: float) -> None:
-    """Dimensions in millimetres with up to four decimals, sized by the height of texts."""
-    style = document.dimstyles.add(_STYLE)
+def _add_dimension_style(document: Drawing, sheet: Sheet) -> None:
+    """Dimensions in millimetres with up to four decimals, sized by the height of texts; eight where one is small."""
+    style, height = document.dimstyles.add(_STYLE), sheet.height
+    is_small = any(shape.value < SMALL for shape in sheet.shapes if isinstance(shape, Distance))
     colour = _LOOKS["dimensions"][0]
     values: dict[str, Any] = {
         "dimtxt": height, "dimasz": 0.9 * height, "dimexe": 0.5 * height, "dimexo": 0.3 * height,
-        "dimgap": 0.35 * height, "dimlfac": 1.0, "dimdec": 4, "dimadec": 4, "dimzin": 8, "dimazin": 2,
-        "dimtad": 1, "dimtih": 0, "dimtoh": 0, "dimtmove": 2, "dimdsep": ord("."), "dimtxsty": "Standard",
+        "dimgap": 0.35 * height, "dimlfac": 1.0, "dimdec": 8 if is_small else 4, "dimadec": 4, "dimzin": 8,
+        "dimazin": 2, "dimtad": 1, "dimtih": 0, "dimtoh": 0, "dimtmove": 2, "dimdsep": ord("."), "dimtxsty": "Standard",
         "dimclrd": colour, "dimclre": colour, "dimclrt": colour,
     }  # fmt: skip
     for name, value in values.items():

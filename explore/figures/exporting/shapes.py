@@ -14,6 +14,10 @@ from explore.model.quantities import FloatArray
 LAYERS = ("paths", "limit positions", "profiles", "guides", "pivots", "links", "dimensions", "text")
 #: Width of a letter over its height, to keep texts clear of each other.
 LETTER = 0.75
+#: Value, mm or deg, below which more digits after the point are needed.
+SMALL = 0.1
+#: Value below which there is nothing but rounding.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -163,8 +167,8 @@ class Angle:
 
 
 def _shown(value: float) -> str:
-    """A measured value, with at most four digits after the point."""
-    return f"{value:.4f}".rstrip("0").rstrip(".")
+    """A measured value, with at most four digits after the point; a small one with six figures."""
+    return f"{value:.6g}" if _ROUNDING < value < SMALL else f"{value:.4f}".rstrip("0").rstrip(".")
 
 
 Shape = Polyline | Circle | Arc | Spline | Text | Distance | Angle

@@ -7,6 +7,7 @@ import numpy as np
 
 from explore.figures.exporting.shapes import (
     LAYERS,
+    SMALL,
     Angle,
     Arc,
     Circle,
@@ -36,6 +37,8 @@ LOOKS = {
 _ARROW = (0.9, 0.17)
 #: Number of digits after the point of coordinates in mm: a nanometre.
 _DIGITS = 6
+#: Number of digits after the point of small coordinates.
+_FINE_DIGITS = 12
 
 
 def write_svg(sheet: Sheet, path: Path) -> None:
@@ -78,7 +81,8 @@ def _scaled(look: str, height: float) -> str:
 
 def number(value: float) -> str:
     """A coordinate."""
-    text = f"{value:.{_DIGITS}f}".rstrip("0").rstrip(".")
+    digits = _DIGITS if abs(value) >= SMALL else _FINE_DIGITS
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 
 
