@@ -195,7 +195,7 @@ def test_poses_travel(tmp_path):
     [
         ({"kind": "poses"}, "the key 'poses' is missing"),
         ({"kind": "poses", "poses": 3}, "must be a list of poses"),
-        ({"kind": "poses", "poses": POSES[:1]}, "1 poses; give 2 or more"),
+        ({"kind": "poses", "poses": POSES[:1]}, "1 pose; give 2 or more"),
         ({"kind": "poses", "poses": [[0, 0, 0]] * 10**6}, "1,000,000 poses; at most 500 are possible"),
         ({"kind": "poses", "poses": [*POSES, [1, 2]]}, r"poses.6: pose 7 must be \[x, y, angle\], got \[1, 2\]"),
         ({"kind": "poses", "poses": [*POSES, [1, 2, float("inf")]]}, "poses.6: pose 7: .*finite"),

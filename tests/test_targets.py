@@ -393,16 +393,26 @@ def test_bad_targets_are_all_named(tmp_path):
         ({"kind": "path", "points": SQUARE[:2]}, "2 points; give 3 or more"),
         ({"kind": "path", "points": [[1, 2]] * 5}, "all points are the same place"),
         ({"kind": "path", "points": [[k, k * k] for k in range(1000)]}, "at most 500 are possible"),
+        ({"kind": "path", "points": SQUARE, "weights": [np.inf, 1, 1, 1]}, "weights.0: inf is not a finite number"),
+        ({"kind": "path", "points": SQUARE, "angles_from": "frame"},
+         "target.angles_from: has no effect without crank_angles; remove it"),
         ({"kind": "path"}, "the key 'points' is missing"),
         ({"points": SQUARE}, 'write kind = "path"'),
         ({"kind": "paths", "points": SQUARE}, "did you mean 'path'"),
         (7, "must be a table"),
     ],
-)
+)  # fmt: skip
 def test_a_bad_target_is_one_clear_line(target, reason):
     with pytest.raises(RequestError, match=reason) as caught:
         find_mechanism("crank-rocker", ("M",), target)
     assert len(str(caught.value).splitlines()) == 1
+
+
+def test_a_target_of_arrays_is_one_of_lists():
+    lists = {"kind": "path", "points": SQUARE, "crank_angles": [0, 90, 180, 270]}
+    arrays = {key: np.array(value) if isinstance(value, list) else value for key, value in lists.items()}
+    assert find_mechanism("crank-rocker", ("M",), arrays) == find_mechanism("crank-rocker", ("M",), lists)
+    assert study(target=arrays) == study(target=lists)
 
 
 def test_mechanisms_and_points_that_meet_no_target():

@@ -52,6 +52,8 @@ def read_path_target(
     start = entries.get("angles_from", "free")
     if start not in get_args(AnglesFrom):
         problems.append((("angles_from",), f'must be "free" or "frame", got {format_value(start)}'))
+    elif start == "frame" and not angles and "crank_angles" not in entries:
+        problems.append((("angles_from",), "has no effect without crank_angles; remove it"))
     for key, listed in (("weights", weights), ("crank_angles", angles)):
         if listed and rows and len(listed) != len(rows):
             problems.append(((key,), f"{len(listed)} for {len(rows)} points; give each point one"))

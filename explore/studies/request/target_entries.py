@@ -37,17 +37,17 @@ def read_point(mechanism: Mechanism, kind: str, name: object, problems: Problems
 
 
 def read_numbers(key: str, value: object, unit: str, problems: Problems) -> tuple[float, ...]:
-    """Numbers of a list, in a unit."""
+    """Numbers of a list, in a unit; none after a mistake."""
     if not is_list(value):
         problems.append(((key,), f"must be a list of numbers, got {format_value(value)}"))
         return ()
-    numbers: list[float] = []
+    numbers, before = [], len(problems)
     for position, entry in enumerate(value):
         try:
             numbers.append(quantity(entry, unit))
         except RequestError as error:
             problems.append(((key, position), str(error)))
-    return tuple(numbers)
+    return tuple(numbers) if len(problems) == before else ()
 
 
 def read_rows(
@@ -98,7 +98,8 @@ def read_number_rows(
     elif not kind.fewest <= len(value) <= most:
         few = f"give {kind.fewest} or more"
         advice = few if len(value) < kind.fewest else f"at most {most} are possible; thin them"
-        problems.append(((source,), f"{len(value):,} {rows}; {advice}"))
+        count = f"1 {kind.noun}" if len(value) == 1 else f"{len(value):,} {rows}"
+        problems.append(((source,), f"{count}; {advice}"))
     else:
         found = [
             tuple(row) if source == "file" else _read_row(row, number, kind, problems)

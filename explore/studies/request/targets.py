@@ -29,6 +29,8 @@ def add_target(mechanism: Mechanism, target: TargetOrSection | None) -> Mechanis
         return mechanism
     if isinstance(target, Target):
         target = target.to_content()
+    if isinstance(target, Mapping):
+        target = {key: value.tolist() if hasattr(value, "tolist") else value for key, value in target.items()}
     problems: Problems = []
     found = read_target(mechanism, target, problems)
     if problems or found is None:
