@@ -130,7 +130,7 @@ def test_any_file_name_works(folder, sound, name):
         if name.startswith("[") and "--design" in options:
             assert name in out, "brackets are not taken for markup"
     code, _, err = call("sweep", study, "-o", results)
-    assert (code, "is complete already: 1 designs" in err) == (0, True), err
+    assert (code, "is complete already: 1 design\n" in err) == (0, True), err
     Path(study).write_text(GOOD.replace("crank ", "crnak "))
     code, _, err = call("sweep", study)
     assert code == 2

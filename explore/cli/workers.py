@@ -100,7 +100,7 @@ def same_command() -> str:
 def say_computed(summary: Summary, more: str = "") -> None:
     """Say how many designs were computed and how fast, and where they are."""
     if summary.n_computed == 0 and not summary.failures:
-        say(f"{summary.path} is complete already: {summary.n_designs:,} designs")
+        say(f"{summary.path} is complete already: {count_of(summary.n_designs, 'design')}")
         return
     rate = summary.n_computed / summary.seconds
     resumed = f", {summary.n_resumed:,} were there" if summary.n_resumed else ""

@@ -69,9 +69,8 @@ def _show_results(results: Results, *, as_json: bool) -> None:
         return
     state = "complete" if results.is_complete else f"not finished, {results.n_committed:,} designs so far"
     state += ", packed" if results.is_packed else ""
-    say(
-        f"{results.path}: {results.mechanism or 'unknown mechanism'}, {results.n_studied:,} designs, {state}", data=True
-    )
+    designs = count_of(results.n_studied, "design")
+    say(f"{results.path}: {results.mechanism or 'unknown mechanism'}, {designs}, {state}", data=True)
     if results.keep != "all":
         say(f"{results.n_designs:,} of {results.n_studied:,} designs were kept, the Pareto-optimal ones", data=True)
     if not results.is_complete:

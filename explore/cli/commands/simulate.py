@@ -14,7 +14,7 @@ import typer
 from explore.base.errors import MotionError, RequestError
 from explore.cli.completion import complete_mechanisms
 from explore.cli.options import JsonOption, PointOption
-from explore.cli.output import announce_compiling, print_json, say
+from explore.cli.output import announce_compiling, count_of, print_json, say
 from explore.cli.paths import check_new_file, refuse_overwriting
 from explore.cli.settings import Places, list_settings, parse_points, parse_settings
 from explore.cli.table_files import with_units
@@ -102,7 +102,9 @@ def _study_design(
 
     n_designs = study.space.n_designs
     if design >= n_designs:
-        raise RequestError(f"{config} has {n_designs:,} designs, numbered from 0; there is no design {design}")
+        raise RequestError(
+            f"{config} has {count_of(n_designs, 'design')}, numbered from 0; there is no design {design}"
+        )
     name, points = study.request.mechanism.name, study.request.mechanism.points
     own = {key: float(values[0]) for key, values in study.space.designs(design, design + 1).items()}
     replaced = parse_settings(name, settings, points, units[0], study.request.mechanism.target)
