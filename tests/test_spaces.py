@@ -236,3 +236,28 @@ def test_an_even_axis_ends_exactly_at_its_stop():
     """The sum of the start and all steps misses it now and then."""
     for start, stop in np.sort(np.random.default_rng(2).uniform(0.1, 1000.0, (300, 2)), axis=1).tolist():
         assert SpacedAxis("crank", start, stop, 50).values_at(np.array([0, 49])).tolist() == [start, stop]
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "expected"),
+    [
+        (0.01, 1.0, [k / 100 for k in range(1, 101)]),
+        (1.1, 1.9, [k / 10 for k in range(11, 20)]),
+        (-0.3, 0.3, [k / 10 for k in range(-3, 4)]),
+        (25.4, 254.0, [254 * k / 10 for k in range(1, 11)]),
+        (1e-3, 1e3, [1e-3, 166.6675, 333.334, 500.0005, 666.667, 833.3335, 1e3]),
+        (0.3, 3000000.3, [k + 0.3 for k in range(0, 3000001, 100000)]),
+    ],
+)
+def test_an_even_axis_has_the_decimals_that_a_condition_names(start, stop, expected):
+    """0.06 and not 0.060000000000000005, which `crank <= 0.06` would leave out."""
+    count = len(expected)
+    assert SpacedAxis("crank", start, stop, count).values_at(np.arange(count)).tolist() == expected
+
+
+def test_an_even_axis_of_a_narrow_range_keeps_its_values():
+    stop = 1.0 + 100 * np.spacing(1.0)
+    values = SpacedAxis("crank", 1.0, stop, 101).values_at(np.arange(101))
+    assert values.tolist() == (1.0 + np.arange(101) * np.spacing(1.0)).tolist()
+    thirds = SpacedAxis("crank", 0.0, 1.0, 4).values_at(np.arange(4))
+    assert thirds.tolist() == [0.0, 1 / 3, 2 / 3, 1.0]

@@ -20,6 +20,24 @@ BLOCK_SIZE = 65_536
 
 Indices = npt.NDArray[np.int64]
 
+#: Number of digits of a decimal that a value of a grid is meant to be.
+_DECIMAL_DIGITS = 12
+#: Largest power of ten that a double holds exactly.
+_EXACT_POWER = 22
+#: Bound on the rounding errors of a start and a multiple of a step, relative to the larger end: four roundings.
+_ROUNDING = 4.0 * np.finfo(float).eps
+
+
+def _as_decimals(values: FloatArray, size: float, step: float) -> FloatArray:
+    """Values of at most a size; those that only rounding keeps from a decimal as that, as a user writes it."""
+    power = _DECIMAL_DIGITS - 1 - math.floor(math.log10(size))
+    if not 0 <= power <= _EXACT_POWER:
+        return values
+    decimals = np.rint(values * 10.0**power) / 10.0**power
+    # a range of a few roundings keeps its values apart
+    is_near = np.abs(decimals - values) <= min(_ROUNDING * size, 1e-3 * step)
+    return np.where(is_near, decimals, values)
+
 
 @dataclass(frozen=True)
 class ListedAxis:
@@ -76,7 +94,10 @@ class SpacedAxis:
         """Values at the indices, shape (n,); both ends exact."""
         if self.num == 1:
             return np.full(indices.shape, self.start)
-        values = self.start + indices * ((self.stop - self.start) / (self.num - 1))
+        step = (self.stop - self.start) / (self.num - 1)
+        sums: FloatArray = np.asarray(self.start + indices * step, dtype=np.float64)
+        values = _as_decimals(sums, max(abs(self.start), abs(self.stop)), step)
+        values = np.where(indices == 0, self.start, values)
         return np.where(indices == self.num - 1, self.stop, values)
 
     def values_at_fractions(self, fractions: FloatArray) -> FloatArray:
