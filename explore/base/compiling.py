@@ -90,6 +90,29 @@ def address_of(dispatcher: Any, signature: Any) -> int:
     return address
 
 
+class _Argument(types.WrapperAddressProtocol):  # type: ignore[misc]  # Numba has no types
+    """A compiled function as an argument of others, with its address, which Numba would look up at every call."""
+
+    def __init__(self, dispatcher: Any, signature: str) -> None:
+        self._dispatcher, self._signature = dispatcher, function_type(signature).signature
+        self._address = 0
+
+    def signature(self) -> Any:
+        """Numba's signature."""
+        return self._signature
+
+    def __wrapper_address__(self) -> int:
+        """The address of the machine code."""
+        self._address = self._address or address_of(self._dispatcher, self._signature)
+        return self._address
+
+
+@cache
+def as_argument(function: Any, signature: str) -> Any:
+    """A function of a mechanism as what compiled functions take."""
+    return function if isinstance(function, types.WrapperAddressProtocol) else _Argument(function, signature)
+
+
 def options(*, fast: bool, contract: bool, inlined: bool, allocates: bool) -> dict[str, Any]:
     """Numba's options; see `compiled`."""
     return {

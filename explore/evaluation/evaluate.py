@@ -128,7 +128,7 @@ def _evaluate(request: Request, parameters: Arrays) -> Evaluation:
     usable = _is_usable(mechanism, inputs, parameters.keys() - given.keys())
     geometry = _kernel_inputs(request, inputs, usable)
     speed = inputs[mechanism.speed.name] if mechanism.speed else np.ones(len(usable))
-    first_rows, inverse = _find_distinct(geometry, speed)
+    first_rows, inverse = _find_distinct(geometry)
     distinct = geometry if first_rows is None else np.ascontiguousarray(geometry[:, first_rows])
     usable_inputs = inputs
     if request.derived and not usable.all():
@@ -234,11 +234,9 @@ def _is_usable(mechanism: Mechanism, inputs: Arrays, names: Iterable[str]) -> np
     return usable
 
 
-def _find_distinct(
-    geometry: FloatArray, speed: FloatArray
-) -> tuple[npt.NDArray[np.intp] | None, npt.NDArray[np.intp] | None]:
+def _find_distinct(geometry: FloatArray) -> tuple[npt.NDArray[np.intp] | None, npt.NDArray[np.intp] | None]:
     """First row of each distinct geometry, and the geometry of each design; None, None when all are distinct."""
-    n = len(speed)
+    n = geometry.shape[1]
     if n < 2:
         return None, None
     differs = np.ones(n, dtype=np.bool_)  # from the row before
@@ -249,8 +247,9 @@ def _find_distinct(
             break
     if not differs.all():
         return np.flatnonzero(differs), np.cumsum(differs) - 1
-    # No neighbours are equal. Compare all rows only if the speed repeats, as in a grid whose speed varies slowest.
-    if not 1 < len(np.unique(speed)) <= n // 2:
+    # No neighbours are equal. Compare all only if the first comes again, as in a grid whose speed varies slowest.
+    again = np.flatnonzero(geometry[0] == geometry[0, 0])[1:]
+    if not (geometry[:, again] == geometry[:, :1]).all(axis=0).any():
         return None, None
     _, first_rows, inverse = np.unique(geometry, axis=1, return_index=True, return_inverse=True)
     return (None, None) if len(first_rows) == n else (first_rows, inverse.reshape(n))

@@ -221,7 +221,8 @@ class Mechanism(Declaration):
         return self._close(parameters, interval, keeps_constants=True).constants
 
     def _close(self, parameters: FloatArray, interval: Window | None, *, keeps_constants: bool) -> ClosedFormResult:
-        from explore.base.lanes.designs import close_all  # imports Numba, needed only here
+        from explore.base.compiling import CLOSE_SIGNATURE, as_argument  # imports Numba, needed only here
+        from explore.base.lanes.designs import close_all
 
         interval = interval or self.limits
         if interval is not None:
@@ -231,7 +232,7 @@ class Mechanism(Declaration):
         result = ClosedFormResult.allocate(n_constants, len(self.metrics), parameters.shape[1])
         inputs = np.ascontiguousarray(parameters, dtype=np.float64)
         close_all(
-            self.close, inputs, self.record_rows, self.first_parameter, self.first_metric, self.status_row,
-            result.constants, result.metrics, result.status,
+            as_argument(self.close, CLOSE_SIGNATURE), inputs, self.record_rows, self.first_parameter,
+            self.first_metric, self.status_row, result.constants, result.metrics, result.status,
         )  # fmt: skip
         return result

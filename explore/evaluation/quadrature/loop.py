@@ -8,7 +8,7 @@ import math
 
 from numba import types
 
-from explore.base.compiling import compiled
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, as_argument, compiled
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature import bounds
 from explore.evaluation.quadrature.adaptive import (
@@ -211,6 +211,7 @@ def sample(
     else:
         loop, extremes, rare = sample_moments, None, None
     loop(
-        close, fill, disturbed_fill, sizes, tables, parameters, kept, designs, statistics, nodes, error, excess,
-        extremes, rare, work, tile, sums,
+        as_argument(close, CLOSE_SIGNATURE), as_argument(fill, FILL_SIGNATURE),
+        as_argument(disturbed_fill, FILL_SIGNATURE), sizes, tables, parameters, kept, designs, statistics, nodes, error,
+        excess, extremes, rare, work, tile, sums,
     )  # fmt: skip
