@@ -1,4 +1,4 @@
-"""Exponential, logarithm, tangent and hyperbolic inverses without branches, against 40 digits of mpmath."""
+"""Exponential, logarithm, sine, tangent and the like without branches, against 40 digits of mpmath."""
 
 import math
 
@@ -6,7 +6,17 @@ import mpmath
 import numpy as np
 import pytest
 
-from explore.base.lanes.elementary import exponential, inverse_cosh, inverse_sinh, logarithm, spacing, tangent
+from explore.base.lanes.elementary import (
+    cosine,
+    exponential,
+    exponential_less_one,
+    inverse_cosh,
+    inverse_sinh,
+    logarithm,
+    sine,
+    spacing,
+    tangent,
+)
 
 
 def ulps(function, exact, x):
@@ -25,6 +35,34 @@ def test_the_exponential_is_within_one_unit_in_the_last_place():
     )  # fmt: skip
     assert max(ulps(exponential, mpmath.exp, x) for x in numbers) <= 1.0
     assert exponential(0.0) == 1.0
+
+
+def test_the_exponential_less_one_keeps_the_digits_of_small_arguments():
+    rng = np.random.default_rng(6)
+    numbers = np.concatenate(
+        [rng.uniform(-700.0, 700.0, 2000), rng.normal(0.0, 1.0, 3000), rng.normal(0.0, 1.0, 2000) * 1e-9,
+         (rng.integers(-4, 4, 1000) + 0.5) * math.log(2.0) + rng.normal(0.0, 1e-12, 1000)]
+    )  # fmt: skip
+    assert max(ulps(exponential_less_one, mpmath.expm1, x) for x in numbers) <= 2.0
+    assert exponential_less_one(0.0) == 0.0
+
+
+@pytest.mark.parametrize(("function", "exact"), [(sine, mpmath.sin), (cosine, mpmath.cos)])
+def test_sine_and_cosine_and_their_zeros(function, exact):
+    rng = np.random.default_rng(7)
+    quarters = rng.integers(-400, 400, 1000) * (0.5 * math.pi)
+    numbers = np.concatenate(
+        [rng.uniform(-4.0, 4.0, 4000), rng.uniform(-700.0, 700.0, 3000), rng.normal(0.0, 1e-6, 500),
+         (rng.integers(-400, 400, 1000) + 0.5) * (0.5 * math.pi) + rng.normal(0.0, 1e-12, 1000),
+         quarters + rng.choice([-1.0, 1.0], 1000) * 10.0 ** rng.uniform(-9.0, -3.0, 1000)]
+    )  # fmt: skip
+    # next to a zero the distance from it is known to what is left of pi/2, as often as that was taken off
+    for x in [*numbers, *quarters]:
+        with mpmath.workdps(40):
+            true = exact(mpmath.mpf(float(x)))
+            assert abs(function(x) - true) <= 2.0 * math.ulp(float(true)) + 3e-27 * (1.0 + abs(x))
+    assert sine(0.0) == 0.0
+    assert cosine(0.0) == 1.0
 
 
 def test_the_logarithm_is_within_one_unit_in_the_last_place():

@@ -22,6 +22,9 @@ from explore.base.lanes import elementary
 #: Words of JavaScript for functions whose Python source reads the bits of numbers.
 _NATIVE: dict[Any, str] = {
     elementary.exponential: "Math.exp",
+    elementary.exponential_less_one: "Math.expm1",
+    elementary.sine: "Math.sin",
+    elementary.cosine: "Math.cos",
     elementary.logarithm: "Math.log",
     elementary.spacing: "$spacing",
 }

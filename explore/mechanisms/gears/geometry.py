@@ -9,6 +9,7 @@ c = sqrt(1 + tan^2 chi) the curvatures, positive where convex, are (1 + i + i'')
 import math
 
 from explore.base.compiling import LANES
+from explore.base.lanes.arctangent import arctangent
 from explore.base.subroutines import subroutine
 from explore.mechanisms.gears import columns
 from explore.mechanisms.gears.columns import (
@@ -34,23 +35,26 @@ _GRID = 64
 _SECTIONS = 50
 
 
-@subroutine()
-def fill_pitch_curves(distance, ratio, rate, acceleration, out, lane):
-    """Fill the signals of the pitch curves at one node of one lane."""
-    tangent = rate / (1.0 + ratio)
-    square = 1.0 + tangent * tangent
-    length = math.sqrt(square)
-    driver_radius = distance / (1.0 + ratio)
-    factor = 1.0 / (distance * square * length)
-    out[columns.DRIVER_RADIUS * LANES + lane] = driver_radius
-    out[columns.DRIVEN_RADIUS * LANES + lane] = driver_radius * ratio
-    out[columns.PITCH_TILT * LANES + lane] = math.atan(tangent)
-    out[columns.PITCH_LENGTH * LANES + lane] = driver_radius * length
-    bend, factor_2 = ratio * acceleration, factor / ratio
-    out[columns.DRIVER_CURVATURE * LANES + lane] = (1.0 + ratio + acceleration) * factor
-    out[columns.DRIVEN_CURVATURE * LANES + lane] = (1.0 + ratio + rate * rate - bend) * factor_2
-    out[columns.DRIVER_TERMS * LANES + lane] = (1.0 + ratio + abs(acceleration)) * factor
-    out[columns.DRIVEN_TERMS * LANES + lane] = (1.0 + ratio + rate * rate + abs(bend)) * factor_2
+@subroutine(no_alias=True)
+def fill_pitch_curves(constants, out):
+    """Fill the signals of the pitch curves at one node of each lane from the ratio and its derivatives."""
+    for lane in range(LANES):
+        distance, ratio = constants[DISTANCE * LANES + lane], out[columns.RATIO * LANES + lane]
+        rate, acceleration = out[columns.RATIO_RATE * LANES + lane], out[columns.RATIO_ACCELERATION * LANES + lane]
+        tangent = rate / (1.0 + ratio)
+        square = 1.0 + tangent * tangent
+        length = math.sqrt(square)
+        driver_radius = distance / (1.0 + ratio)
+        factor = 1.0 / (distance * square * length)
+        out[columns.DRIVER_RADIUS * LANES + lane] = driver_radius
+        out[columns.DRIVEN_RADIUS * LANES + lane] = driver_radius * ratio
+        out[columns.PITCH_TILT * LANES + lane] = arctangent(tangent, 1.0)
+        out[columns.PITCH_LENGTH * LANES + lane] = driver_radius * length
+        bend, factor_2 = ratio * acceleration, factor / ratio
+        out[columns.DRIVER_CURVATURE * LANES + lane] = (1.0 + ratio + acceleration) * factor
+        out[columns.DRIVEN_CURVATURE * LANES + lane] = (1.0 + ratio + rate * rate - bend) * factor_2
+        out[columns.DRIVER_TERMS * LANES + lane] = (1.0 + ratio + abs(acceleration)) * factor
+        out[columns.DRIVEN_TERMS * LANES + lane] = (1.0 + ratio + rate * rate + abs(bend)) * factor_2
 
 
 @subroutine()

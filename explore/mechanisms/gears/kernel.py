@@ -3,6 +3,7 @@
 import math
 
 from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compiled
+from explore.base.lanes.arctangent import arctangent
 from explore.base.subroutines import subroutine
 from explore.mechanisms.gears import columns
 from explore.mechanisms.gears.columns import Row
@@ -13,9 +14,9 @@ from explore.mechanisms.gears.geometry import (
     jump_of_curvature,
     least_convexities,
 )
-from explore.mechanisms.gears.law import driven_angle_at, ratio_at
-from explore.mechanisms.gears.sine_law import solve_sine_law
-from explore.mechanisms.gears.smoothstep_law import solve_smoothstep_law
+from explore.mechanisms.gears.law import working_driven_angle, working_ratio
+from explore.mechanisms.gears.sine_law import sine_driven_angle, sine_ratio, solve_sine_law
+from explore.mechanisms.gears.smoothstep_law import smoothstep_driven_angle, smoothstep_ratio, solve_smoothstep_law
 from explore.model.status import OwnStatus, Status
 
 #: Largest ln m^b: the ratio grows by a factor of 1e100, and products of ratios stay finite.
@@ -111,35 +112,113 @@ def close(record):
             _fill_metrics(record, lane)
 
 
-@subroutine()
-def _fill_node(constants, lane, angle, is_return, needs, out):
-    """Fill the signals at one node of one lane."""
-    ratio, rate, acceleration = ratio_at(constants, lane, angle, is_return)
-    if needs & columns.RATIOS:
+@subroutine(inlined=True)
+def _working_angle(constants, tangents, lane, anchor):
+    """The angle of a node in the working sector, rad: what is before the middle of the return is before the start."""
+    angle = 2.0 * arctangent(tangents[lane], 1.0) + (math.pi if anchor == 1 else 0.0)
+    first = 0.5 * constants[columns.SECTOR_ANGLE * LANES + lane] - math.pi
+    return angle + 2.0 * math.pi if angle < first else angle
+
+
+@subroutine(inlined=True)
+def _angle_beyond(constants, tangents, lane, anchor):
+    """The angle of a node beyond the end of the working sector, rad, exactly 0 there: ratios may be steep."""
+    u, end = tangents[lane], constants[columns.END_JOINT * LANES + lane]
+    along, across = (end - u, 1.0 + u * end) if anchor == 1 else (1.0 + u * end, u - end)
+    half, first = arctangent(across, along), -0.25 * constants[columns.SECTOR_ANGLE * LANES + lane]
+    half = half + math.pi if half < first else half
+    return 2.0 * (half - math.pi if half >= first + math.pi else half)
+
+
+@subroutine(no_alias=True)
+def _fill_working_ratios(constants, tangents, anchor, out):
+    """Fill the ratio in the working sector."""
+    for lane in range(LANES):
+        angle = _working_angle(constants, tangents, lane, anchor)
+        ratio, rate, acceleration = working_ratio(constants, lane, angle)
         out[columns.RATIO * LANES + lane], out[columns.RATIO_RATE * LANES + lane] = ratio, rate
         out[columns.RATIO_ACCELERATION * LANES + lane] = acceleration
+
+
+@subroutine(no_alias=True)
+def _fill_working_angles(constants, tangents, anchor, out):
+    """Fill the driven angle in the working sector."""
+    for lane in range(LANES):
+        angle = _working_angle(constants, tangents, lane, anchor)
+        out[columns.DRIVEN_ANGLE * LANES + lane] = working_driven_angle(constants, lane, angle)
+
+
+@subroutine(no_alias=True)
+def _fill_return_ratios(constants, tangents, anchor, out):
+    """Fill the ratio in the return sector by the sine law."""
+    for lane in range(LANES):
+        beyond = _angle_beyond(constants, tangents, lane, anchor)
+        ratio, rate, acceleration = sine_ratio(constants, lane, beyond)
+        out[columns.RATIO * LANES + lane], out[columns.RATIO_RATE * LANES + lane] = ratio, rate
+        out[columns.RATIO_ACCELERATION * LANES + lane] = acceleration
+
+
+@subroutine(no_alias=True)
+def _fill_return_angles(constants, tangents, anchor, out):
+    """Fill the driven angle in the return sector by the sine law."""
+    for lane in range(LANES):
+        beyond = _angle_beyond(constants, tangents, lane, anchor)
+        out[columns.DRIVEN_ANGLE * LANES + lane] = sine_driven_angle(constants, lane, beyond)
+
+
+@subroutine()
+def _fill_smoothstep(constants, tangents, anchor, needs_angle, out):
+    """Replace ratio and driven angle in the return sector of lanes with a smoothstep law."""
+    for lane in range(LANES):
+        if constants[columns.ORDER * LANES + lane] > 0.0:
+            beyond = _angle_beyond(constants, tangents, lane, anchor)
+            ratio, rate, acceleration = smoothstep_ratio(constants, lane, beyond)
+            out[columns.RATIO * LANES + lane], out[columns.RATIO_RATE * LANES + lane] = ratio, rate
+            out[columns.RATIO_ACCELERATION * LANES + lane] = acceleration
+            if needs_angle:
+                out[columns.DRIVEN_ANGLE * LANES + lane] = smoothstep_driven_angle(constants, lane, beyond)
+
+
+@subroutine(no_alias=True)
+def _fill_speed_ratios(out):
+    for lane in range(LANES):
+        ratio, rate = out[columns.RATIO * LANES + lane], out[columns.RATIO_RATE * LANES + lane]
         out[columns.SPEED_RATIO * LANES + lane] = 1.0 / ratio
         out[columns.SPEED_RATIO_RATE * LANES + lane] = -rate / (ratio * ratio)
-    if needs & columns.PITCH_CURVES:
-        fill_pitch_curves(constants[columns.DISTANCE * LANES + lane], ratio, rate, acceleration, out, lane)
-    if needs & columns.TRAIN:
-        out[columns.TRAIN_RATIO * LANES + lane] = train_ratio_at(constants, lane, angle)
-    if needs & (columns.ANGLES | columns.DRIVE):
-        driven_angle = driven_angle_at(constants, lane, angle, is_return)
-        out[columns.DRIVEN_ANGLE * LANES + lane] = driven_angle
+
+
+@subroutine()
+def _fill_trains(constants, tangents, anchor, is_return, needs, out):
+    """Fill the ratios of one train and of all."""
+    for lane in range(LANES):
+        angle = _working_angle(constants, tangents, lane, anchor)
+        if is_return:
+            angle = constants[columns.SECTOR_ANGLE * LANES + lane] + _angle_beyond(constants, tangents, lane, anchor)
+        if needs & columns.TRAIN:
+            out[columns.TRAIN_RATIO * LANES + lane] = train_ratio_at(constants, lane, angle)
         if needs & columns.DRIVE:
+            driven_angle = out[columns.DRIVEN_ANGLE * LANES + lane]
             out[columns.OVERALL_RATIO * LANES + lane] = overall_ratio_at(constants, lane, angle, driven_angle)
 
 
 @compiled(FILL_SIGNATURE)
 def fill(constants, tangents, anchor, law, _variant, count, needs, out):
     """Fill the signals, in rad and mm; law 0 is the working sector, 1 the return; see `Mechanism.fill`."""
+    needs_angle = needs & (columns.ANGLES | columns.DRIVE) != 0
     for j in range(count):
-        signals = out[j * columns.SIGNAL_ROWS * LANES :]
-        for lane in range(LANES):
-            angle = 2.0 * math.atan(tangents[j * LANES + lane]) + (math.pi if anchor == 1 else 0.0)
-            # an angle before the anchor is one at the end of the turn, if its law holds there
-            sector = constants[columns.SECTOR_ANGLE * LANES + lane]
-            if angle < (0.5 * sector if law == 1 else 0.5 * sector - math.pi):
-                angle += 2.0 * math.pi
-            _fill_node(constants, lane, angle, law == 1, needs, signals)
+        node, signals = tangents[j * LANES :], out[j * columns.SIGNAL_ROWS * LANES :]
+        if law == 1:
+            _fill_return_ratios(constants, node, anchor, signals)
+            if needs_angle:
+                _fill_return_angles(constants, node, anchor, signals)
+            _fill_smoothstep(constants, node, anchor, needs_angle, signals)
+        else:
+            _fill_working_ratios(constants, node, anchor, signals)
+            if needs_angle:
+                _fill_working_angles(constants, node, anchor, signals)
+        if needs & columns.RATIOS:
+            _fill_speed_ratios(signals)
+        if needs & columns.PITCH_CURVES:
+            fill_pitch_curves(constants, signals)
+        if needs & (columns.TRAIN | columns.DRIVE):
+            _fill_trains(constants, node, anchor, law == 1, needs, signals)

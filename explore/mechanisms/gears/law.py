@@ -3,6 +3,7 @@
 import math
 
 from explore.base.compiling import LANES
+from explore.base.lanes.elementary import exponential, exponential_less_one
 from explore.base.subroutines import subroutine
 from explore.mechanisms.gears.columns import CONSTANT, DRIVEN_SECTOR, LOG_GROWTH, ORDER, SECTOR_ANGLE, START
 from explore.mechanisms.gears.sine_law import sine_driven_angle, sine_driver_angle, sine_ratio
@@ -13,26 +14,40 @@ from explore.mechanisms.gears.smoothstep_law import (
 )
 
 
+@subroutine(inlined=True)
+def working_ratio(constants, lane, angle):
+    """The ratio at an angle in the working sector, and its first and second derivatives by the angle."""
+    log_growth = constants[LOG_GROWTH * LANES + lane]
+    ratio = constants[START * LANES + lane] * exponential(-log_growth * angle)
+    return ratio, -log_growth * ratio, log_growth * log_growth * ratio
+
+
+@subroutine(inlined=True)
+def working_driven_angle(constants, lane, angle):
+    """The driven angle at an angle in the working sector, rad."""
+    return constants[CONSTANT * LANES + lane] * exponential_less_one(constants[LOG_GROWTH * LANES + lane] * angle)
+
+
 @subroutine()
 def ratio_at(constants, lane, angle, is_return):
     """The ratio at an angle in a sector, and its first and second derivatives by the angle."""
     if not is_return:
-        log_growth = constants[LOG_GROWTH * LANES + lane]
-        ratio = constants[START * LANES + lane] * math.exp(-log_growth * angle)
-        return ratio, -log_growth * ratio, log_growth * log_growth * ratio
+        return working_ratio(constants, lane, angle)
+    beyond = angle - constants[SECTOR_ANGLE * LANES + lane]
     if constants[ORDER * LANES + lane] == 0.0:
-        return sine_ratio(constants, lane, angle)
-    return smoothstep_ratio(constants, lane, angle)
+        return sine_ratio(constants, lane, beyond)
+    return smoothstep_ratio(constants, lane, beyond)
 
 
 @subroutine()
 def driven_angle_at(constants, lane, angle, is_return):
     """The driven angle at an angle in a sector, rad."""
     if not is_return:
-        return constants[CONSTANT * LANES + lane] * math.expm1(constants[LOG_GROWTH * LANES + lane] * angle)
+        return working_driven_angle(constants, lane, angle)
+    beyond = angle - constants[SECTOR_ANGLE * LANES + lane]
     if constants[ORDER * LANES + lane] == 0.0:
-        return sine_driven_angle(constants, lane, angle)
-    return smoothstep_driven_angle(constants, lane, angle)
+        return sine_driven_angle(constants, lane, beyond)
+    return smoothstep_driven_angle(constants, lane, beyond)
 
 
 @subroutine()

@@ -24,6 +24,8 @@ the usual 2/s arctan(tan(tau/2) sqrt((C3 + C0)/(C3 - C0))) in a form whose arcta
 import math
 
 from explore.base.compiling import LANES
+from explore.base.lanes.arctangent import arctangent
+from explore.base.lanes.elementary import cosine, sine
 from explore.base.subroutines import subroutine
 from explore.mechanisms.gears.columns import (
     AMPLITUDE,
@@ -115,32 +117,30 @@ def solve_sine_law(branch, constants, lane):
     return shift - period * math.floor(shift / period)
 
 
-@subroutine()
+@subroutine(inlined=True)
 def _anomaly(constants, lane, tau):
     """The integral of dtau/(C3 - C0 cos tau) from 0, times s."""
-    half = math.sin(0.5 * tau)
-    beta = constants[BETA * LANES + lane]
-    return tau + 2.0 * math.atan(
-        beta * math.sin(tau) / (constants[ONE_LESS_BETA * LANES + lane] + 2.0 * beta * half * half)
-    )
+    half, beta = sine(0.5 * tau), constants[BETA * LANES + lane]
+    denominator = constants[ONE_LESS_BETA * LANES + lane] + 2.0 * beta * half * half
+    return tau + 2.0 * arctangent(2.0 * beta * half * cosine(0.5 * tau), denominator)
 
 
-@subroutine()
-def sine_ratio(constants, lane, angle):
-    """The ratio at an angle in the return sector, and its first and second derivatives by the angle."""
+@subroutine(inlined=True)
+def sine_ratio(constants, lane, beyond):
+    """The ratio at an angle beyond the end of the working sector, and its first and second derivatives by the angle."""
     frequency, amplitude = constants[FREQUENCY * LANES + lane], constants[AMPLITUDE * LANES + lane]
-    tau = frequency * (angle - constants[SECTOR_ANGLE * LANES + lane]) - constants[DIP * LANES + lane]
-    half = math.sin(0.5 * tau)
+    half_tau = 0.5 * (frequency * beyond - constants[DIP * LANES + lane])
+    half, other = sine(half_tau), cosine(half_tau)
     slope = frequency * amplitude
     ratio = constants[LOWEST * LANES + lane] + 2.0 * amplitude * half * half
-    return ratio, slope * math.sin(tau), slope * frequency * math.cos(tau)
+    return ratio, 2.0 * slope * half * other, slope * frequency * (other - half) * (other + half)
 
 
-@subroutine()
-def sine_driven_angle(constants, lane, angle):
-    """The driven angle at an angle in the return sector, rad."""
-    reach = constants[FREQUENCY * LANES + lane] * (angle - constants[SECTOR_ANGLE * LANES + lane])
-    turned = _anomaly(constants, lane, reach - constants[DIP * LANES + lane]) - constants[OFFSET * LANES + lane]
+@subroutine(inlined=True)
+def sine_driven_angle(constants, lane, beyond):
+    """The driven angle at an angle beyond the end of the working sector, rad."""
+    tau = constants[FREQUENCY * LANES + lane] * beyond - constants[DIP * LANES + lane]
+    turned = _anomaly(constants, lane, tau) - constants[OFFSET * LANES + lane]
     return constants[DRIVEN_SECTOR * LANES + lane] + constants[SCALE * LANES + lane] * turned
 
 

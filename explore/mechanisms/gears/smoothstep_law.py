@@ -34,15 +34,18 @@ def steepness(order):
 @subroutine()
 def _smoothstep(sigma, order):
     """The smoothstep of an order at sigma, and its first and second derivatives."""
-    p, c = sigma * (1.0 - sigma), steepness(order)
-    square = sigma * sigma
+    p, c, turn = sigma * (1.0 - sigma), steepness(order), 1.0 - 2.0 * sigma
+    # by the end that is nearer, where terms of the polynomial would cancel
+    low = min(sigma, 1.0 - sigma)
     if order == 1.0:
-        return square * (3.0 - 2.0 * sigma), c * p, c * (1.0 - 2.0 * sigma)
-    if order == 2.0:
-        value = square * sigma * (10.0 + sigma * (6.0 * sigma - 15.0))
-        return value, c * p * p, 2.0 * c * p * (1.0 - 2.0 * sigma)
-    value = square * square * (35.0 + sigma * (sigma * (70.0 - 20.0 * sigma) - 84.0))
-    return value, c * p * p * p, 3.0 * c * p * p * (1.0 - 2.0 * sigma)
+        value, slope, bend = low * low * (3.0 - 2.0 * low), c * p, c * turn
+    elif order == 2.0:
+        value = low * low * low * (10.0 + low * (6.0 * low - 15.0))
+        slope, bend = c * p * p, 2.0 * c * p * turn
+    else:
+        value = low * low * low * low * (35.0 + low * (low * (70.0 - 20.0 * low) - 84.0))
+        slope, bend = c * p * p * p, 3.0 * c * p * p * turn
+    return value if low == sigma else 1.0 - value, slope, bend
 
 
 @subroutine()
@@ -72,21 +75,21 @@ def solve_smoothstep_law(constants, lane):
 
 
 @subroutine()
-def smoothstep_ratio(constants, lane, angle):
-    """The ratio at an angle in the return sector, and its first and second derivatives by the angle."""
+def smoothstep_ratio(constants, lane, beyond):
+    """The ratio at an angle beyond the end of the working sector, and its first and second derivatives by the angle."""
     log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
     width = 2.0 * math.pi - sector
-    value, slope, bend = _smoothstep((angle - sector) / width, constants[ORDER * LANES + lane])
-    ratio = constants[START * LANES + lane] * math.exp(log_growth * (2.0 * math.pi * value - angle))
+    value, slope, bend = _smoothstep(beyond / width, constants[ORDER * LANES + lane])
+    ratio = constants[START * LANES + lane] * math.exp(log_growth * (2.0 * math.pi * value - (sector + beyond)))
     rate = log_growth * (2.0 * math.pi * slope / width - 1.0)
     return ratio, ratio * rate, ratio * (rate * rate + 2.0 * math.pi * log_growth * bend / (width * width))
 
 
 @subroutine()
-def smoothstep_driven_angle(constants, lane, angle):
-    """The driven angle at an angle in the return sector, rad."""
+def smoothstep_driven_angle(constants, lane, beyond):
+    """The driven angle at an angle beyond the end of the working sector, rad."""
     log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
-    sigma = (angle - sector) / (2.0 * math.pi - sector)
+    sigma = beyond / (2.0 * math.pi - sector)
     turned = _turned(log_growth, sector, constants[ORDER * LANES + lane], 0.0, sigma)
     return constants[DRIVEN_SECTOR * LANES + lane] + turned / constants[START * LANES + lane]
 
