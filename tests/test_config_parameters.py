@@ -92,7 +92,7 @@ def test_range_of_a_parameter_of_choices(problems):
 
 def test_missing_and_misspelt_parameters(problems):
     assert problems('mechanism = "crank-rocker"\n[parameters]\ncrank = 3\n') == [
-        "study.toml:2: parameters: missing coupler, rocker, ground; a crank-rocker needs crank, coupler, rocker, ground"
+        "study.toml:2: parameters: missing coupler, rocker, ground; crank-rocker needs crank, coupler, rocker, ground"
     ]
     assert problems(GOOD.replace("ground", "grund")) == [
         "study.toml:6: parameters.grund: unknown parameter; did you mean 'ground'?"

@@ -106,7 +106,7 @@ def test_a_length_may_be_negative_where_its_range_says_so(load, problems):
         (problem,) = problems(rod.replace('{ solve = "stroke", value = 105 }', "0"))
         assert problem == "study.toml:4: parameters.rod.min: must be greater than 0 mm, got -5"
         (problem,) = problems(SLIDER_STUDY.replace("rod = [120, 150]\n", ""))
-        assert problem == "study.toml:2: parameters: missing rod; a simple-slider needs crank, rod"
+        assert problem == "study.toml:2: parameters: missing rod; simple-slider needs crank, rod"
 
 
 def test_a_mechanism_whose_loops_are_not_declared_needs_bounds(load, problems):

@@ -115,6 +115,8 @@ def test_linkages_in_python(folder):
         assert pickle.loads(pickle.dumps(same)) == study
         (folder / "same.toml").write_text(same.to_toml())
         assert explore.load_study(folder / "same.toml") == study
+    with pytest.raises(RequestError, match="this linkage has no parameter 'q'; it has"):
+        explore.evaluate(linkage, {"q": 1})
     assert repr(linkage) == "Linkage(links=['crank', 'rod'], points=['O', 'A', 'B'], parameters=['r', 'l', 'e'])"
     assert "B = &quot;far&quot;" in linkage._repr_html_()
 
@@ -209,6 +211,12 @@ def test_mistakes_of_studies(folder):
         "study.toml:25: parameters.r2: nothing in [linkage] uses it; did you mean 'r'?",
         "study.toml:26: parameters.e: start = 30 is above stop = 20; swap them",
     ]
+    table = TABLE.partition("[linkage.sketch]")[0] + '[linkage.branch]\nB = "far"\n'
+    text = f'mechanism = "linkage"\n{table}{PARAMETERS}[constraints]\nzzz = {{ min = 1 }}\n'
+    study.write_text(text.replace("l = 100", ""))
+    missing, unknown, *_ = problems_of(study)
+    assert missing.endswith("parameters: missing l; this linkage needs r, l, e"), missing
+    assert unknown.endswith("unknown metric 'zzz'; `explore mechanisms STUDY.toml` lists them"), unknown
     study.write_text(STUDY.replace('output = "guide"', 'output = "gide"').replace("speed", "sped"))
     assert problems_of(study) == ["study.toml:5: linkage.output: unknown link or slot 'gide'; did you mean 'guide'?"]
     study.write_text(STUDY.replace('mechanism = "linkage"\n', ""))

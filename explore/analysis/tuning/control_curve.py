@@ -15,6 +15,7 @@ from explore.base.errors import MotionError, RequestError
 from explore.base.suggest import suggestion
 from explore.base.units.quantities import quantity
 from explore.base.units.shown import PLAIN, Scale, headings, in_units
+from explore.mechanisms.linkages.table import name_in_words
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Metric, Parameter
 from explore.model.request import Request
@@ -179,7 +180,8 @@ def _find_parameter(mechanism: Mechanism, name: str) -> Parameter:
     """The parameter of a name that can be varied continuously."""
     declared = {p.name: p for p in mechanism.parameters}
     if name not in declared:
-        raise RequestError(f"{mechanism.name} has no parameter '{name}'; {suggestion(name, declared)}")
+        owner = name_in_words(mechanism.name)
+        raise RequestError(f"{owner} has no parameter '{name}'; {suggestion(name, declared)}")
     if declared[name].choices:
         values = ", ".join(f"{value:g}" for value in declared[name].choices)
         raise RequestError(f"{name} has only the values {values}, so it cannot be varied continuously; sweep it")

@@ -8,6 +8,7 @@ import numpy as np
 
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import closest_name, format_value, suggestion
+from explore.mechanisms.linkages.table import name_in_words
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Parameter
 from explore.studies.config.schema import RangeTable, SpacedTable, read
@@ -38,9 +39,8 @@ def read_axes(
     required = [parameter.name for parameter in mechanism.parameters if parameter.default is None]
     missing = [name for name in required if name not in entries and name not in corrections]
     if missing and method != "table":
-        problems.append(
-            (("parameters",), f"missing {', '.join(missing)}; a {mechanism.name} needs {', '.join(required)}")
-        )
+        owner = name_in_words(mechanism.name)
+        problems.append((("parameters",), f"missing {', '.join(missing)}; {owner} needs {', '.join(required)}"))
     axes = []
     for parameter in mechanism.axis_order:
         entry = entries.get(parameter.name)

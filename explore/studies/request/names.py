@@ -9,6 +9,7 @@ from typing import Protocol
 from explore.base.errors import RequestError
 from explore.base.suggest import closest_name, format_value, suggestion
 from explore.base.units.quantities import exact_quantity, without_turns
+from explore.mechanisms.linkages.table import PREFIX, name_in_words
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.expressions import FUNCTIONS
 from explore.model.mechanism import Mechanism
@@ -101,9 +102,8 @@ def _interval(mechanism: Mechanism, bounds: Mapping[str, object]) -> Window:
     """The window between two crank angles in degrees."""
     interval = next((window for window in mechanism.windows if window.name == "interval"), None)
     if interval is None:
-        raise RequestError(
-            f"{mechanism.name} has no interval windows; available: {', '.join(_named_windows(mechanism))}"
-        )
+        named = ", ".join(_named_windows(mechanism))
+        raise RequestError(f"{name_in_words(mechanism.name)} has no interval windows; available: {named}")
     for name in bounds:
         if name not in ("from", "to"):
             raise RequestError(f"unknown key {format_value(name)} of an interval; give {{ from, to }}")
@@ -166,7 +166,8 @@ def find_input(
 
 def _unknown(mechanism: Mechanism, kind: str, name: str, names: Iterable[str]) -> RequestError:
     match = closest_name(name, names)
-    hint = f"did you mean '{match}'?" if match else f"`explore mechanisms {mechanism.name}` lists them"
+    listed = "STUDY.toml" if mechanism.name.startswith(PREFIX) else mechanism.name
+    hint = f"did you mean '{match}'?" if match else f"`explore mechanisms {listed}` lists them"
     return RequestError(f"unknown {kind} {format_value(name)}; {hint}")
 
 
