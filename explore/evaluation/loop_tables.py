@@ -84,9 +84,12 @@ def loop_arguments(
     cornering.sort(key=lambda signal: (*mechanism.senses, signal.name).index(signal.name))
     levels = [(signal.row, signal.terms_row, level) for signal in cornering for level in signal.corner_levels]
     corner_rows = np.array([each[:2] for each in levels], dtype=np.int64).reshape(-1, 2)
-    needs = tables.needs.copy()
+    needs, row_needs = tables.needs.copy(), np.zeros(mechanism.signal_rows, dtype=np.int64)
     for signal in cornering:
         needs |= signal.needs
+    for signal in mechanism.signals:
+        if mechanism.fills(signal):
+            row_needs[signal.row] |= signal.needs
     sizes = Sizes(
         mechanism.record_rows, mechanism.first_parameter, int(mechanism.n_constants),
         int(mechanism.n_fill_constants or mechanism.n_constants), mechanism.signal_rows, int(mechanism.noise_row),
@@ -97,7 +100,7 @@ def loop_arguments(
         np.array([specify_window(mechanism, window, request.drive) for window in tables.windows], dtype=np.int64),
         np.array([interval_place(mechanism, window) for window in tables.windows]),
         np.array([mechanism.marks[name] for name in request.breaks], dtype=np.int64),
-        singular_rows, singular_anchors, needs, tables.flags, tables.orders, tables.term_rows,
+        singular_rows, singular_anchors, needs, row_needs, tables.flags, tables.orders, tables.term_rows,
         tables.references, corner_rows, np.array([level for *_, level in levels]), tables.slots,
         len(mechanism.senses) if {*mechanism.senses} <= corners else 0, float(statistics_tolerance(request)),
         isinstance(quadrature, Adaptive), isinstance(quadrature, Located), isinstance(quadrature, Resolved),

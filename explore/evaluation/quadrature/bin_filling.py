@@ -52,8 +52,8 @@ def _fill_extremes(fill, sizes, tables, w, anchor, law, variant, count, lanes, t
                     values[at] = values[at - PANEL_CAPACITY]
                 continue
             find_minimum(
-                fill, rows, anchor, law, variant, tables.needs[w], s, sign, count, tables.rules, tables.row_of[count],
-                tile.signals, tile,
+                fill, rows, anchor, law, variant, tables.row_needs[s], s, sign, count, tables.rules,
+                tables.row_of[count], tile.signals, tile,
             )  # fmt: skip
             for lane in range(lanes):
                 values[s * PANEL_CAPACITY + tile.lane_panels[lane]] = sign * tile.state[RESULT + lane]

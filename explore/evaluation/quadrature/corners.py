@@ -36,9 +36,11 @@ SEARCH_SIZE = _LARGEST + LANES
 
 
 @subroutine()
-def search_tile(fill, sizes, tables, w, first, last, chosen, work, tile):
+def search_tile(fill, sizes, tables, first, last, chosen, work, tile):
     """Find where rows are at levels on the chosen panels: number in `codes`, -1 for doubtful, and positions."""
-    panels, needs = work.panels, tables.needs[w]
+    panels, needs = work.panels, 0
+    for c in range(first, last):
+        needs |= tables.row_needs[tables.corner_rows[c, 0]]
     take_panels(sizes, chosen, True, work, tile)
     k = chosen[0]
     anchor, law, variant, count = (

@@ -27,15 +27,15 @@ def cut_pieces(fill, disturbed_fill, sizes, tables, w, begin, until, count, work
     senses, rows = tables.sense_count, len(tables.corner_rows)
     if senses > 0:
         most = MOST_PARTS + senses
-        count = _cut_at(fill, sizes, tables, w, 0, senses, most, begin, until, count, work, tile)
+        count = _cut_at(fill, sizes, tables, 0, senses, most, begin, until, count, work, tile)
         tell_senses(fill, disturbed_fill, sizes, tables, w, count, work, tile)
     if senses < rows:
-        count = _cut_at(fill, sizes, tables, w, senses, rows, MOST_PARTS, begin, until, count, work, tile)
+        count = _cut_at(fill, sizes, tables, senses, rows, MOST_PARTS, begin, until, count, work, tile)
     return count
 
 
 @subroutine()
-def _cut_at(fill, sizes, tables, w, first, last, most, begin, until, count, work, tile):
+def _cut_at(fill, sizes, tables, first, last, most, begin, until, count, work, tile):
     """Cut panels where the corner rows from `first` to before `last` are at their levels; return their number.
 
     Designs have at most `most` times as many panels as before, or are left to the adaptive rule.
@@ -54,7 +54,7 @@ def _cut_at(fill, sizes, tables, w, first, last, most, begin, until, count, work
     for b in range(n_bins):
         for start in range(work.starts[b], work.starts[b + 1], LANES):
             lanes = min(LANES, work.starts[b + 1] - start)
-            search_tile(fill, sizes, tables, w, first, last, work.order[start : start + lanes], work, tile)
+            search_tile(fill, sizes, tables, first, last, work.order[start : start + lanes], work, tile)
     return _rebuild(work, begin, until, most)
 
 

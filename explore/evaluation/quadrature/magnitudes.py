@@ -178,7 +178,7 @@ def fill_powers(fill, sizes, tables, w, i, design, stride, statistics, nodes, er
             if slot < 0:
                 continue
             mean, bound, count = power_means(
-                fill, tile.constants, tables.needs[w], sizes.rows, s, power, work.panels, work.first_panel[i],
+                fill, tile.constants, tables.row_needs[s], sizes.rows, s, power, work.panels, work.first_panel[i],
                 work.panel_count[i], stride, tables.tolerance, tables.size_of, tables.row_of, tables.rules,
             )  # fmt: skip
             statistics[slot, design] = mean / work.averaging[i]

@@ -67,8 +67,9 @@ class Tables(NamedTuple):
     singular_rows, singular_anchors : (3,)
         Rows of the constants that hold the half-tangents of the distances of singularities, and their anchors; -1 for
         none.
-    needs : (w,), flags : (w, s), orders : (w, s)
-        Bits of the signals to fill; for each row, flags of `quadrature.bounds` (0: skip) and pole order.
+    needs : (w,), row_needs : (s,), flags : (w, s), orders : (w, s)
+        Bits of the signals to fill, of all and of each row; for each row, flags of `quadrature.bounds` (0: skip) and
+        pole order.
     term_rows : (s,)
         For a signal that is a sum of terms, the row with the size of the terms; -1 for other signals.
     references : (s,)
@@ -103,6 +104,7 @@ class Tables(NamedTuple):
     singular_rows: IntArray
     singular_anchors: IntArray
     needs: IntArray
+    row_needs: IntArray
     flags: IntArray
     orders: IntArray
     term_rows: IntArray
@@ -214,8 +216,8 @@ class ChunkWork(NamedTuple):
 
 SIZES_TYPE = types.NamedUniTuple(_INT, 8, Sizes)
 TABLES_TYPE = types.NamedTuple(
-    (_I2, types.float64[:, ::1], _I1, _I1, _I1, _I1, _I2, _I2, _I1, _I1, _I2, _F1, types.int64[:, :, ::1], _INT, _FLOAT,
-     types.boolean, types.boolean, types.boolean, _I1, _I1, types.float64[:, ::1], _F1, _F1),
+    (_I2, types.float64[:, ::1], *[_I1] * 5, _I2, _I2, _I1, _I1, _I2, _F1, types.int64[:, :, ::1], _INT, _FLOAT,
+     *[types.boolean] * 3, _I1, _I1, types.float64[:, ::1], _F1, _F1),
     Tables,
 )  # fmt: skip
 TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 17), TileWork)

@@ -116,6 +116,16 @@ def state(constants, lane, u, anchor, steady):
     return sine, cosine, d, position, excess, -travel - side * first, -side * second, side, z, lag, first, second
 
 
+@subroutine(inlined=True)
+def _put_slider(constants, lane, back, position, rate, second, out):
+    """Put the slider's rows of one lane, from its position and rates by the angle."""
+    speed = constants[Row.CRANK_SPEED * LANES + lane]
+    out[POSITION * LANES + lane] = position
+    out[VELOCITY * LANES + lane] = -speed * rate if back else speed * rate
+    out[ACCELERATION * LANES + lane] = speed * speed * second
+    out[ACCELERATION_TERMS * LANES + lane] = abs(speed * speed * second)
+
+
 @subroutine(fast=True, no_alias=True)
 def _fill_slider(constants, tangents, anchor, law, out):
     """Fill the slider's position, velocity and acceleration at one node of each lane."""
@@ -123,22 +133,19 @@ def _fill_slider(constants, tangents, anchor, law, out):
     for lane in range(LANES):
         u = -tangents[lane] if back else tangents[lane]
         _, _, _, position, _, rate, second, _, _, _, _, _ = state(constants, lane, u, anchor, steady)
-        speed = constants[Row.CRANK_SPEED * LANES + lane]
-        out[POSITION * LANES + lane] = position
-        out[VELOCITY * LANES + lane] = -speed * rate if back else speed * rate
-        out[ACCELERATION * LANES + lane] = speed * speed * second
-        out[ACCELERATION_TERMS * LANES + lane] = abs(speed * speed * second)
+        _put_slider(constants, lane, back, position, rate, second, out)
 
 
 @subroutine(fast=True, no_alias=True)
 def _fill_crank(constants, tangents, anchor, law, out):
-    """Fill the crank's length and its rate, the rod's angle and the groove at one node of each lane."""
+    """Fill the slider, the crank's length and its rate, the rod's angle and the groove at one node of each lane."""
     back, steady = law >= FIRST_LAW_BACK, law % FIRST_LAW_BACK == STEADY_LAW
     for lane in range(LANES):
         u = -tangents[lane] if back else tangents[lane]
         sine, cosine, d, position, excess, rate, second, side, z, lag, lag1, lag2 = state(
             constants, lane, u, anchor, steady
         )
+        _put_slider(constants, lane, back, position, rate, second, out)
         rod, travel = constants[Row.LENGTH * LANES + lane], constants[Row.TRAVEL * LANES + lane]
         g, g1, g2 = separation(
             rod,
@@ -184,9 +191,10 @@ def fill(constants, tangents, anchor, law, _variant, count, needs, out):
     """Fill the signals in declared units but for angles, rad; see `explore.model.mechanism.Mechanism`."""
     for j in range(count):
         node, signals = tangents[j * LANES :], out[j * SIGNAL_ROWS * LANES :]
-        _fill_slider(constants, node, anchor, law, signals)
         if needs & (CRANK | GROOVE | FORCES | ALL_POINTS):
             _fill_crank(constants, node, anchor, law, signals)
+        else:
+            _fill_slider(constants, node, anchor, law, signals)
         if needs & FORCES:
             fill_links(constants, node, anchor, signals)
             fill_forces(constants, node, anchor, law, signals)
