@@ -1,6 +1,7 @@
 """Errors of tasks are objectives: of `rank`, of task files, and of searches where the study computes them."""
 
 import json
+from importlib import import_module
 from importlib.util import find_spec
 
 import numpy as np
@@ -9,8 +10,14 @@ from command_line import run
 
 import explore
 from explore.base.errors import ConfigError, RequestError
+from explore.model.columns import Column
 from explore.studies.config.study_file import parse_study
+from explore.synthesis.candidates import BOOKKEEPING
+from explore.synthesis.tasks.registry import TASK_TYPES
 from explore.synthesis.tasks.task_files import parse_task, task_starter
+
+#: Modules of the types of tasks.
+TASK_MODULES = ("dead_positions", "dwell", "function", "motion", "placed_four_bars", "slider_path")
 
 FUNCTION = """task = "function"
 [target]
@@ -302,6 +309,25 @@ def test_mistakes_in_what_only_the_solver_measures_have_their_line(text, problem
         parse_task(f"{DWELL}{text}\n", "task.toml")
     (line,) = caught.value.problems
     assert line.startswith(f"task.toml:6: {problem}")
+
+
+@pytest.mark.parametrize("name", ["solution", "method", "link_ratio"])
+def test_formulas_do_not_take_the_names_of_a_task(name):
+    """They replaced the bound on link_ratio, and were replaced by the number of the solution."""
+    with pytest.raises(ConfigError) as caught:
+        parse_task(f'{FUNCTION}[metrics]\n{name} = {{ formula = "crank", unit = "mm" }}\n', "task.toml")
+    (line,) = caught.value.problems
+    assert line.endswith(f"metrics.{name}: this is the name of a column of the task; choose another")
+
+
+def test_all_columns_that_solvers_add_have_taken_names():
+    modules = [import_module(f"explore.synthesis.tasks.{name}") for name in TASK_MODULES]
+    listed = [value if isinstance(value, tuple) else (value,) for module in modules for value in vars(module).values()]
+    added = {each.name for values in listed for each in values if isinstance(each, Column)}
+    measured = {
+        metric.name for name in TASK_TYPES for metric in parse_task(task_starter(name), "task.toml").task.measured
+    }
+    assert added <= {*BOOKKEEPING, *measured, "timed_error_rms", "timed_error_max"}, "the last with crank angles"
 
 
 def test_errors_of_another_task_are_unknown():

@@ -12,6 +12,11 @@ from explore.model.quantities import FloatArray
 
 #: Column with the number of the solution that a candidate is, or is a variant of.
 SOLUTION = Column("solution", "", "number of the solution, from 1", "bookkeeping", "<i4")
+#: Names of columns that solvers add and do not measure.
+BOOKKEEPING = (
+    SOLUTION.name, "method", "family", "cognate", "proved", "rest_x", "rest_y", "guide_angle", "dwell_start",
+    "dwell_angle", "slider_link",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

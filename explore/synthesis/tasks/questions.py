@@ -17,7 +17,7 @@ from explore.studies.config.study import Study, make_study
 from explore.studies.config.toml_text import format_toml
 from explore.studies.designs.spaces import ContinuousAxis, ListedAxis, Sample
 from explore.studies.request.names import find_mechanism
-from explore.synthesis.candidates import Candidates
+from explore.synthesis.candidates import BOOKKEEPING, Candidates
 from explore.synthesis.tasks.contract import Task
 
 _Sections = Mapping[str, Mapping[str, Any]]
@@ -43,6 +43,9 @@ class TaskQuestion:
     def read(task: Task, given: _Sections, problems: Problems) -> TaskQuestion:
         """Resolve these sections of a task's file; it is valid only when there are no problems."""
         mechanism = find_mechanism(task.mechanism, task.points, task.target).with_given(task.measured)
+        taken = {*task.formulas, *BOOKKEEPING} & {*given.get("metrics", {})}
+        reason = "this is the name of a column of the task; choose another"
+        problems += [(("metrics", name), reason) for name in sorted(taken)]
         sections, own = _sections(task, mechanism, given), Problems()
         question = resolve_question(mechanism, sections, task.parameters, own)
         named, told = given.get("evaluate", {}).get("metrics"), {reason for key, reason in own if key[0] == "rank"}
