@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from explore.base.compiling import INTEGRALS
+from explore.base.compiling import CLOSE_SIGNATURE, INTEGRALS, INTEGRALS_SIGNATURE, as_argument
 from explore.evaluation.loop_tables import statistics_tolerance
 from explore.evaluation.positions import Position, WindowPositions
 from explore.evaluation.quadrature.bounds import ROUNDING
@@ -228,8 +228,9 @@ def integrate_window(
     numbers = [number for number, row in enumerate(mechanism.integrated_rows) if row in rows]
     results = np.empty((len(numbers), INTEGRALS, parameters.shape[1]))
     integrate(
-        mechanism.close, mechanism.integrals, parameters, mechanism.record_rows, mechanism.first_parameter, kind,
-        start_row, stop_row, start, stop, len(mechanism.integrated_rows), np.array(numbers, dtype=np.int64), results,
+        as_argument(mechanism.close, CLOSE_SIGNATURE), as_argument(mechanism.integrals, INTEGRALS_SIGNATURE),
+        parameters, mechanism.record_rows, mechanism.first_parameter, kind, start_row, stop_row, start, stop,
+        len(mechanism.integrated_rows), np.array(numbers, dtype=np.int64), results,
     )  # fmt: skip
     return {mechanism.integrated_rows[number]: result for number, result in zip(numbers, results, strict=True)}
 

@@ -65,11 +65,9 @@ def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, er
         capacity, tables.windows[w], tables.intervals[w], tables.breaks, tables.singular_rows, sizes.variant_row,
         work.panels, work.first_panel, work.panel_count, work.owner, work.positions,
     )  # fmt: skip
-    map_panels(work.panels, count, tables.singular_anchors)
-    if tables.is_located:
-        bound_rates(work.panels, count)
-        if tables.windows[w, KIND] == INTERVAL:
-            bound_rates_by_ellipse(work.panels, count)
+    is_turn = tables.windows[w, KIND] == TURN and len(tables.breaks) == 0 and not powers
+    is_whole = is_turn and not pieces and (tables.is_located or tables.is_resolved)
+    _map_window(tables, w, is_whole, count, work)
     _open_designs(sizes, begin, until, stride, work)
     if rare is not None:
         if tables.windows[w, CLUTCH]:
@@ -86,8 +84,9 @@ def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, er
             return until, count, stride, count, False
     target = math.log(tables.tolerance)
     _set_targets(work, count, target, headroom)
-    count_nodes(work.panels, count, pole_order)
-    if tables.windows[w, KIND] != TURN or len(tables.breaks) > 0 or powers:
+    if not is_whole:
+        count_nodes(work.panels, count, pole_order)
+    if not is_turn:
         if tables.is_located:
             leave_panels(work.panels, count)
         return until, count, stride, count, False
@@ -96,6 +95,20 @@ def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, er
     else:
         choose_equispaced(work.panels, until, pole_order, target - headroom, tables.is_located)
     return until, count, stride, _drop_second_halves(until, sizes.rows, tables.flags[w], work, sums), True
+
+
+@subroutine()
+def _map_window(tables, w, is_whole, count, work):
+    """Map the panels of a window; where all turns are whole no design keeps its halves, of which the length counts."""
+    if is_whole:
+        for k in range(count):
+            work.panels[LENGTH + k] = math.pi
+        return
+    map_panels(work.panels, count, tables.singular_anchors)
+    if tables.is_located:
+        bound_rates(work.panels, count)
+        if tables.windows[w, KIND] == INTERVAL:
+            bound_rates_by_ellipse(work.panels, count)
 
 
 @subroutine()
