@@ -105,9 +105,10 @@ from explore.base.compiler_passes import quick_compilation
 from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE
 from explore.evaluation.quadrature import loop
 from explore.mechanisms.crank_rocker import extended, kernel
+from explore.mechanisms.rig import kernel as rig_kernel
 from explore.mechanisms.slider_crank import extended as slider_extended, kernel as slider_kernel
 signatures = {loop.sample_moments: loop._signature(types.none, types.none)}
-for module in (kernel, extended, slider_kernel, slider_extended):
+for module in (kernel, extended, rig_kernel, slider_kernel, slider_extended):
     signatures |= {module.close: CLOSE_SIGNATURE, module.fill: FILL_SIGNATURE}
 with quick_compilation():
     for function, signature in signatures.items():

@@ -47,44 +47,44 @@ def _sensitivities(crank, coupler, rocker, ground):
 
 
 @subroutine(inlined=True)
-def _fill_closed_form(record, lane):
-    """Fill the constants of the motion, status and metrics of one lane, in declared units, NaN where undefined."""
-    crank, coupler = record[Row.CRANK * LANES + lane], record[Row.COUPLER * LANES + lane]
-    rocker, ground = record[Row.ROCKER * LANES + lane], record[Row.GROUND * LANES + lane]
-    linkage_class, margin, status = rocking.prepare(crank, coupler, rocker, ground, 1.0, record, lane)
-    swing, middle, time_ratio = rocking.solve_limit_positions(crank, coupler, rocker, ground, 1.0, record, lane)
-    rocks, turns = linkage_class == four_bar.CRANK_ROCKER, linkage_class <= four_bar.DOUBLE_CRANK
-    p_least, p_largest = record[four_bar.P_LEAST * LANES + lane], record[four_bar.P_LARGEST * LANES + lane]
-    q_least, q_largest = record[four_bar.Q_LEAST * LANES + lane], record[four_bar.Q_LARGEST * LANES + lane]
-    smallest = four_bar.transmission_angle(p_least, q_largest)
-    from_straight = four_bar.transmission_angle(q_least, p_largest)
-    worst = smallest if smallest < from_straight else from_straight
-    record[Row.STATUS * LANES + lane] = status
-    record[Load.MIDDLE * LANES + lane] = middle
-    record[Row.LINKAGE_CLASS * LANES + lane] = linkage_class
-    record[Row.GRASHOF_MARGIN * LANES + lane] = margin
-    record[Row.SIZE * LANES + lane] = coupler + rocker
-    record[Row.SWING_ANGLE * LANES + lane] = swing * _DEGREES if rocks else _NAN
-    record[Row.MID_ANGLE * LANES + lane] = middle * _DEGREES if rocks else _NAN
-    record[Row.TIME_RATIO * LANES + lane] = time_ratio if rocks else _NAN
-    record[Row.TRANSMISSION_ANGLE_WORST * LANES + lane] = worst * _DEGREES if turns else _NAN
-    # A sine with the swing and the mean phase of the limit positions is close to the fundamental of the velocity.
-    extended, overlapped = record[rocking.EXTENDED * LANES + lane], -1.0 / record[rocking.OVERLAPPED * LANES + lane]
-    amplitude = 0.5 * swing / math.sqrt((1.0 + extended * extended) * (1.0 + overlapped * overlapped))
-    record[Row.COSINE * LANES + lane] = -amplitude * (extended + overlapped)
-    record[Row.SINE * LANES + lane] = amplitude * (1.0 - extended * overlapped)
-    of_crank, of_coupler, of_rocker, of_ground = _sensitivities(crank, coupler, rocker, ground)
-    record[Row.SWING_SENSITIVITY_CRANK * LANES + lane] = of_crank * _DEGREES if rocks else _NAN
-    record[Row.SWING_SENSITIVITY_COUPLER * LANES + lane] = of_coupler * _DEGREES if rocks else _NAN
-    record[Row.SWING_SENSITIVITY_ROCKER * LANES + lane] = of_rocker * _DEGREES if rocks else _NAN
-    record[Row.SWING_SENSITIVITY_GROUND * LANES + lane] = of_ground * _DEGREES if rocks else _NAN
+def _fill_closed_form(record):
+    """Fill the constants of the motion, status and metrics in declared units, NaN where undefined."""
+    for lane in range(LANES):
+        crank, coupler = record[Row.CRANK * LANES + lane], record[Row.COUPLER * LANES + lane]
+        rocker, ground = record[Row.ROCKER * LANES + lane], record[Row.GROUND * LANES + lane]
+        linkage_class, margin, status = rocking.prepare(crank, coupler, rocker, ground, 1.0, record, lane)
+        swing, middle, time_ratio = rocking.solve_limit_positions(crank, coupler, rocker, ground, 1.0, record, lane)
+        rocks, turns = linkage_class == four_bar.CRANK_ROCKER, linkage_class <= four_bar.DOUBLE_CRANK
+        p_least, p_largest = record[four_bar.P_LEAST * LANES + lane], record[four_bar.P_LARGEST * LANES + lane]
+        q_least, q_largest = record[four_bar.Q_LEAST * LANES + lane], record[four_bar.Q_LARGEST * LANES + lane]
+        smallest = four_bar.transmission_angle(p_least, q_largest)
+        from_straight = four_bar.transmission_angle(q_least, p_largest)
+        worst = smallest if smallest < from_straight else from_straight
+        record[Row.STATUS * LANES + lane] = status
+        record[Load.MIDDLE * LANES + lane] = middle
+        record[Row.LINKAGE_CLASS * LANES + lane] = linkage_class
+        record[Row.GRASHOF_MARGIN * LANES + lane] = margin
+        record[Row.SIZE * LANES + lane] = coupler + rocker
+        record[Row.SWING_ANGLE * LANES + lane] = swing * _DEGREES if rocks else _NAN
+        record[Row.MID_ANGLE * LANES + lane] = middle * _DEGREES if rocks else _NAN
+        record[Row.TIME_RATIO * LANES + lane] = time_ratio if rocks else _NAN
+        record[Row.TRANSMISSION_ANGLE_WORST * LANES + lane] = worst * _DEGREES if turns else _NAN
+        # A sine with the swing and the mean phase of the limit positions is close to the fundamental of the velocity.
+        extended, overlapped = record[rocking.EXTENDED * LANES + lane], -1.0 / record[rocking.OVERLAPPED * LANES + lane]
+        amplitude = 0.5 * swing / math.sqrt((1.0 + extended * extended) * (1.0 + overlapped * overlapped))
+        record[Row.COSINE * LANES + lane] = -amplitude * (extended + overlapped)
+        record[Row.SINE * LANES + lane] = amplitude * (1.0 - extended * overlapped)
+        of_crank, of_coupler, of_rocker, of_ground = _sensitivities(crank, coupler, rocker, ground)
+        record[Row.SWING_SENSITIVITY_CRANK * LANES + lane] = of_crank * _DEGREES if rocks else _NAN
+        record[Row.SWING_SENSITIVITY_COUPLER * LANES + lane] = of_coupler * _DEGREES if rocks else _NAN
+        record[Row.SWING_SENSITIVITY_ROCKER * LANES + lane] = of_rocker * _DEGREES if rocks else _NAN
+        record[Row.SWING_SENSITIVITY_GROUND * LANES + lane] = of_ground * _DEGREES if rocks else _NAN
 
 
 @compiled(CLOSE_SIGNATURE)
 def close(record):
     """Fill class, margins, limit positions, sensitivities and load; see `explore.model.mechanism.Mechanism`."""
-    for lane in range(LANES):
-        _fill_closed_form(record, lane)
+    _fill_closed_form(record)
     for lane in range(LANES):
         rocks = record[Row.LINKAGE_CLASS * LANES + lane] == four_bar.CRANK_ROCKER
         four_bar_forces.fill_load_constants(record, lane, Row.CRANK, Row.CONSTANT_TORQUE, Row.SPEED, rocks)
