@@ -24,6 +24,12 @@ def test_the_default_is_the_closed_form():
     assert motion.equals(explore.simulate("crank-rocker", SMOOTH, method="closed-form"))
 
 
+@pytest.mark.parametrize("count", [1, 7, 50, 100, 1000])
+def test_evenly_spread_angles_are_found_by_their_decimals(count):
+    motion = explore.simulate("crank-rocker", SMOOTH, angles=count)
+    assert motion.index.tolist() == [360 * k / count for k in range(count)], "46.8 and not 46.800000000000004"
+
+
 @pytest.mark.parametrize("branch", [1, -1])
 @pytest.mark.parametrize("method", ["newton", "textbook", "rk45-projected"])
 def test_other_methods_give_the_same_signals(method, branch):

@@ -61,7 +61,7 @@ def whole_motion_angles(mechanism: Mechanism, count: int) -> FloatArray:
     if mechanism.limits:
         ends = float(mechanism.limits.start), float(mechanism.limits.stop)
         return np.asarray(np.linspace(*ends, max(count, 0)), dtype=np.float64)
-    return np.asarray(np.arange(count) * (_TURN / max(count, 1)), dtype=np.float64)
+    return np.asarray(np.arange(count) * _TURN / max(count, 1), dtype=np.float64)
 
 
 def motion_span(mechanism: Mechanism, columns: Arrays, interval: Window | None) -> tuple[float, float]:
