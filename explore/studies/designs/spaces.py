@@ -35,7 +35,7 @@ def _as_decimals(values: FloatArray, size: float, step: float) -> FloatArray:
         return values
     decimals = np.rint(values * 10.0**power) / 10.0**power
     # a range of a few roundings keeps its values apart
-    is_near = np.abs(decimals - values) <= min(_ROUNDING * size, 1e-3 * step)
+    is_near = np.abs(decimals - values) <= min(_ROUNDING * size, 1e-3 * abs(step))
     return np.where(is_near, decimals, values)
 
 
