@@ -8,6 +8,17 @@ from pathlib import Path
 import pytest
 
 _BROWSER_NAMES = ("chromium", "chromium-browser", "google-chrome")
+#: Time to sort a million numbers on the machine that limits of seconds are for, s.
+_SORT_SECONDS = 0.1
+#: Sorts a million numbers of a linear congruential generator, and returns the time, ms.
+_SORT = """() => {
+    const numbers = new Float64Array(1e6);
+    let number = 1;
+    for (let k = 0; k < numbers.length; k++) numbers[k] = number = (number * 1103515245 + 12345) % 2147483648;
+    const begun = performance.now();
+    numbers.sort();
+    return performance.now() - begun;
+}"""
 
 
 def find_browser() -> str:
@@ -36,6 +47,11 @@ def wait_ready(page) -> float:
     """Wait until everything is drawn; return the seconds since the page was opened."""
     page.wait_for_selector("html[data-ready]", state="attached", timeout=240_000)
     return float(page.evaluate("document.documentElement.dataset.ready")) / 1000.0
+
+
+def slowness(page) -> float:
+    """How many times as long as on the machine that limits are for this one takes for a page's work, at least 1."""
+    return max(1.0, page.evaluate(_SORT) / 1000.0 / _SORT_SECONDS)
 
 
 @contextmanager

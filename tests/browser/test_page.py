@@ -9,7 +9,7 @@ from store_files import ATTRIBUTES, COLUMNS, values
 from studies import sweep_text
 
 import explore
-from browser.chromium import settle, shown_count, silent_page, wait_ready
+from browser.chromium import settle, shown_count, silent_page, slowness, wait_ready
 from browser.conftest import report_of, sobol
 from explore.model.columns import Column
 from explore.results.store.all_designs_writer import AllDesignsWriter
@@ -179,7 +179,7 @@ def test_the_counts_of_each_status_have_bars(unchanged_page, frame):
 
 @pytest.mark.parametrize(("count", "megabytes", "seconds"), [(10_000, 3.0, 2.0), (100_000, 10.0, 5.0)])
 def test_size_and_time_until_ready(browser, tmp_path, count, megabytes, seconds):
-    """With all 29 default columns."""
+    """With all 29 default columns; where sorting takes longer than it should, the page may as well."""
     results = sweep_text(tmp_path, sobol(count), "sobol")
     path = report_of(results.path)
     assert path.stat().st_size <= megabytes * 1e6
@@ -188,7 +188,7 @@ def test_size_and_time_until_ready(browser, tmp_path, count, megabytes, seconds)
     while len(times) < 3 and (not times or min(times) > seconds):
         with silent_page(browser, path) as page:
             assert shown_count(page) == count
-            times.append(wait_ready(page))
+            times.append(wait_ready(page) / slowness(page))
     assert min(times) <= seconds
 
 
