@@ -1,0 +1,237 @@
+"""Torques and joint forces of classic linkages under random loads, against multipliers of all joints together.
+
+The second road knows no dyads: Newton's iteration on the equations of all joints, differences with 40 digits, and the
+Lagrange multipliers with which the generalised forces of loads and inertia are in balance.
+"""
+
+import random
+import tomllib
+from importlib.resources import files
+
+import mpmath
+import pytest
+from mpmath import mpf
+
+import explore
+
+FEW = ("oscillating-cylinder", "watt-1", "whitworth")
+MANY = (
+    "crank-shaper", "four-bar", "hoecken", "jansen", "klann", "pump-jack", "slider-crank", "stephenson-1",
+    "toggle-press", "watt-2", "wiper",
+)  # fmt: skip
+STEP, METERS = mpf(10) ** -12, mpf("0.001")
+
+
+def classic(name, rng):
+    """The table of a classic without its loads, and values of its parameters."""
+    text = files("explore").joinpath(f"data/linkages/{name}.toml").read_text()
+    content = tomllib.loads(text)
+    given = {key: value for key, value in content["parameters"].items() if key != "speed"}
+    values = {
+        key: rng.uniform(value["min"], value["max"]) if isinstance(value, dict) else value
+        for key, value in given.items()
+    }
+    table = {key: part for key, part in content["linkage"].items() if key != "loads"}
+    if "sketch" in table:
+        own = table.get("parameters", {})
+        table["parameters"] = {key: own.get(key, {}) | {"default": value} for key, value in values.items()}
+    return table, values
+
+
+class Joints:
+    """All joints of a linkage of links with pins and slots; `q` are x, y, mm, and angle, rad, of each link."""
+
+    def __init__(self, table, values):
+        self.values = {key: mpf(value) for key, value in values.items()}
+        self.links = {link: self.places(points) for link, points in table["links"].items()}
+        self.bodies = {"frame": self.places(table["frame"]), **self.links}
+        self.driver, self.slots = 3 * list(self.links).index(table["driver"]) + 2, {}
+        for name, slot in table.get("slots", {}).items():
+            body = slot.get("link", "frame")
+            ends = [self.bodies[body][end] if isinstance(end, str) else self.place(end) for end in slot["along"]]
+            self.slots[name] = slot["pin"], body, ends
+        owners = {
+            point: [b for b in self.bodies if point in self.bodies[b]] for b in self.bodies for point in self.bodies[b]
+        }
+        self.owners = owners
+        self.pins = [(point, first, other) for point, (first, *others) in owners.items() for other in others]
+
+    def number(self, value):
+        return mpf(eval(value, {"sqrt": mpmath.sqrt}, self.values)) if isinstance(value, str) else mpf(value)
+
+    def place(self, value):
+        x, y = value if isinstance(value, list) else (value, 0)
+        return self.number(x), self.number(y)
+
+    def places(self, points):
+        return {point: self.place(value) for point, value in points.items()}
+
+    def angle(self, q, link):
+        return q[3 * list(self.links).index(link) + 2]
+
+    def at(self, q, body, place):
+        if body == "frame":
+            return place
+        k = 3 * list(self.links).index(body)
+        turn = mpmath.expj(q[k + 2]) * mpmath.mpc(*place) + mpmath.mpc(q[k], q[k + 1])
+        return turn.real, turn.imag
+
+    def point(self, q, point):
+        body = self.owners[point][0]
+        return self.at(q, body, self.bodies[body][point])
+
+    def along_and_across(self, q, name):
+        """The position of the pin along a slot from its first point, and to the left of it."""
+        pin, body, ends = self.slots[name]
+        (ax, ay), (bx, by), (x, y) = *(self.at(q, body, end) for end in ends), self.point(q, pin)
+        length = mpmath.hypot(bx - ax, by - ay)
+        nx, ny = (bx - ax) / length, (by - ay) / length
+        return nx * (x - ax) + ny * (y - ay), nx * (y - ay) - ny * (x - ax)
+
+    def equations(self, q, theta):
+        gaps = []
+        for point, first, other in self.pins:
+            a, b = self.at(q, first, self.bodies[first][point]), self.at(q, other, self.bodies[other][point])
+            gaps += [b[0] - a[0], b[1] - a[1]]
+        return [*gaps, *(self.along_and_across(q, name)[1] for name in self.slots), q[self.driver] - theta]
+
+    def start(self, row, theta):
+        """About the place of each link, from two of its points in a row of a motion."""
+        q = []
+        for points in self.links.values():
+            (one, a), (two, b) = list(points.items())[:2]
+            known = [
+                mpmath.mpc(*self.bodies["frame"][p]) if p in self.bodies["frame"]
+                else mpmath.mpc(float(row[f"{p}_x"]), float(row[f"{p}_y"])) for p in (one, two)
+            ]  # fmt: skip
+            turn = (known[1] - known[0]) / (mpmath.mpc(*b) - mpmath.mpc(*a))
+            origin = known[0] - turn / abs(turn) * mpmath.mpc(*a)
+            q += [origin.real, origin.imag, mpmath.arg(turn)]
+        q[self.driver] = theta
+        return q
+
+    def solve(self, q, theta):
+        for _ in range(12):
+            slopes = jacobian(lambda z: self.equations(z, theta), q)
+            change = mpmath.lu_solve(slopes, mpmath.matrix(self.equations(q, theta)))
+            q = [x - d for x, d in zip(q, change, strict=True)]
+            if max(map(abs, change)) < mpf(10) ** -20:  # and its square, of the next one, below 40 digits
+                return q
+        raise AssertionError("Newton's iteration does not converge")
+
+
+def jacobian(function, q):
+    """Slopes by all coordinates, from central differences."""
+    columns = []
+    for k in range(len(q)):
+        ahead, behind = ([x + side * STEP if i == k else x for i, x in enumerate(q)] for side in (1, -1))
+        columns.append([(a - b) / (2 * STEP) for a, b in zip(function(ahead), function(behind), strict=True)])
+    return mpmath.matrix(columns).T
+
+
+def random_loads(rng, joints):
+    """Loads of all kinds, each on some parts of the linkage."""
+    some = lambda items, share=0.4: [item for item in items if rng.random() < share]  # noqa: E731
+    moving = [point for point in joints.owners if point not in joints.bodies["frame"]]
+    swinging = [link for link in joints.links if list(joints.links).index(link) != joints.driver // 3]
+    pairs = [
+        (a, b) for k, a in enumerate(joints.owners) for b in list(joints.owners)[:k]
+        if not set(joints.owners[a]) & set(joints.owners[b])
+    ]  # fmt: skip
+    masses = {
+        link: {"mass": rng.uniform(0.1, 3), "centroid": [rng.uniform(-60, 120), rng.uniform(-50, 50)], "inertia": 0.01}
+        for link in joints.links
+    }
+    between = [*map(list, rng.sample(pairs, 1)), *some(joints.slots)]
+    return {
+        "gravity": [rng.uniform(-10, 10), rng.uniform(-10, 10)],
+        "masses": masses | {point: rng.uniform(0.1, 2) for point in some(moving)},
+        "forces": {point: [rng.uniform(-99, 99), rng.uniform(-99, 99)] for point in some(moving)},
+        "torques": {link: rng.uniform(-2, 2) for link in some(joints.links)},
+        "springs": {
+            f"s{k}": {"between": each, "rate": 200, "rest": rng.uniform(0, 200)} for k, each in enumerate(between)
+        },
+        "dampers": {f"d{k}": {"between": each, "rate": 0.3} for k, each in enumerate([*between, *some(swinging)])},
+        "opposing": {name: rng.uniform(1, 100) for name in some(joints.slots)},
+    }  # fmt: skip
+
+
+def balance(joints, loads, speed, row, theta):
+    """Drive torque, N m, forces of pins that join two links only, N, and of slots."""
+    q = joints.solve(joints.start(row, theta), theta)
+    ahead, behind = joints.solve(q, theta + STEP), joints.solve(q, theta - STEP)
+    forces = mpmath.matrix(len(q), 1)
+
+    def act(function, force):
+        slopes = jacobian(function, q)
+        for i, part in enumerate(force):
+            for k in range(len(q)):
+                forces[k] += slopes[i, k] * part
+
+    def rate(function):
+        return [speed * (a - b) / (2 * STEP) for a, b in zip(function(ahead), function(behind), strict=True)]
+
+    def acceleration(function):
+        parts = zip(function(ahead), function(q), function(behind), strict=True)
+        return [speed**2 * (a - 2 * here + b) / STEP**2 for a, here, b in parts]
+
+    def coordinate(each):
+        """The length, or angle, and the unit of its power, m or N mm in N m."""
+        if isinstance(each, str):
+            if each in joints.slots:
+                return (lambda z: [joints.along_and_across(z, each)[0]]), METERS, 1
+            return (lambda z: [joints.angle(z, each)]), 1, 1 / METERS
+        places = lambda z: [joints.point(z, point) for point in each]  # noqa: E731
+        return (lambda z: [mpmath.hypot(*(a - b for a, b in zip(*places(z), strict=True)))]), METERS, 1
+
+    for owner, mass in loads["masses"].items():
+        place = lambda z, owner=owner: joints.point(z, owner)  # noqa: E731
+        if owner in joints.links:
+            centroid = joints.place(mass["centroid"])
+            place = lambda z, owner=owner, centroid=centroid: joints.at(z, owner, centroid)  # noqa: E731
+            turn = lambda z, owner=owner: [joints.angle(z, owner)]  # noqa: E731
+            act(turn, [-mpf(mass["inertia"]) * acceleration(turn)[0] / METERS])
+        amount = mpf(mass["mass"] if owner in joints.links else mass)
+        act(place, [amount * (g - a * METERS) for g, a in zip(loads["gravity"], acceleration(place), strict=True)])
+    for point, force in loads["forces"].items():
+        act(lambda z, point=point: joints.point(z, point), force)
+    for link, torque in loads["torques"].items():
+        act(lambda z, link=link: [joints.angle(z, link)], [torque / METERS])
+    for spring in loads["springs"].values():
+        function, unit, _ = coordinate(spring["between"])
+        act(function, [-spring["rate"] * (function(q)[0] - spring["rest"]) * unit])
+    for damper in loads["dampers"].values():
+        function, unit, power = coordinate(damper["between"])
+        act(function, [-damper["rate"] * rate(function)[0] * unit * power])
+    for slot, force in loads["opposing"].items():
+        function, _, _ = coordinate(slot)
+        act(function, [-force * mpmath.sign(rate(function)[0])])
+    multipliers = mpmath.lu_solve(jacobian(lambda z: joints.equations(z, theta), q).T, -forces)
+    found = {"drive_torque": multipliers[len(q) - 1] * METERS}
+    busy = {slot[0] for slot in joints.slots.values()} | {*loads["masses"]} | {*loads["forces"]}
+    busy = busy.union(*(each["between"] for each in loads["springs"].values() if isinstance(each["between"], list)))
+    for k, (point, _, link) in enumerate(joints.pins):
+        if len(joints.owners[point]) == 2 and point not in busy:
+            found |= {f"{point}_force_on_{link}_{axis}": multipliers[2 * k + i] for i, axis in enumerate("xy")}
+    return found | {
+        f"{name}_normal_force": multipliers[2 * len(joints.pins) + k] for k, name in enumerate(joints.slots)
+    }
+
+
+@pytest.mark.parametrize("name", [*FEW, *(pytest.param(name, marks=pytest.mark.slow) for name in MANY)])
+def test_random_loads_are_balanced_by_the_multipliers_of_all_joints(name):
+    rng = random.Random(name)
+    table, values = classic(name, rng)
+    joints = Joints(table, values)
+    loads, speed, angle = random_loads(rng, joints), rng.uniform(2, 20), rng.uniform(0, 360)
+    linkage = explore.Linkage(table | {"loads": loads})
+    own = {parameter.name for parameter in linkage.mechanism.parameters} & values.keys()
+    row = explore.simulate(linkage, {key: values[key] for key in own} | {"speed": speed}, angles=[angle]).iloc[0]
+    with mpmath.workdps(40):
+        found = balance(joints, loads, mpf(speed), row, mpf(angle) * mpmath.pi / 180)
+    # to the rounding of some hundred operations, of the largest force, and that at a lever of 10 mm
+    largest = max(abs(float(force)) for signal, force in found.items() if signal != "drive_torque")
+    assert len(found) >= 2
+    for signal, force in found.items():
+        size = max(abs(float(force)), largest * (0.01 if signal == "drive_torque" else 1.0))
+        assert row[signal] == pytest.approx(float(force), abs=1e-13 * size), signal
