@@ -130,14 +130,19 @@ def _angle_beyond(constants, tangents, lane, anchor):
     return 2.0 * (half - math.pi if half >= first + math.pi else half)
 
 
+@subroutine(inlined=True)
+def _put_ratio(out, lane, ratio, rate, acceleration):
+    out[columns.RATIO * LANES + lane], out[columns.RATIO_RATE * LANES + lane] = ratio, rate
+    out[columns.RATIO_ACCELERATION * LANES + lane] = acceleration
+
+
 @subroutine(no_alias=True)
 def _fill_working_ratios(constants, tangents, anchor, out):
     """Fill the ratio in the working sector."""
     for lane in range(LANES):
         angle = _working_angle(constants, tangents, lane, anchor)
         ratio, rate, acceleration = working_ratio(constants, lane, angle)
-        out[columns.RATIO * LANES + lane], out[columns.RATIO_RATE * LANES + lane] = ratio, rate
-        out[columns.RATIO_ACCELERATION * LANES + lane] = acceleration
+        _put_ratio(out, lane, ratio, rate, acceleration)
 
 
 @subroutine(no_alias=True)
@@ -154,8 +159,7 @@ def _fill_return_ratios(constants, tangents, anchor, out):
     for lane in range(LANES):
         beyond = _angle_beyond(constants, tangents, lane, anchor)
         ratio, rate, acceleration = sine_ratio(constants, lane, beyond)
-        out[columns.RATIO * LANES + lane], out[columns.RATIO_RATE * LANES + lane] = ratio, rate
-        out[columns.RATIO_ACCELERATION * LANES + lane] = acceleration
+        _put_ratio(out, lane, ratio, rate, acceleration)
 
 
 @subroutine(no_alias=True)
@@ -173,8 +177,7 @@ def _fill_smoothstep(constants, tangents, anchor, needs_angle, out):
         if constants[columns.ORDER * LANES + lane] > 0.0:
             beyond = _angle_beyond(constants, tangents, lane, anchor)
             ratio, rate, acceleration = smoothstep_ratio(constants, lane, beyond)
-            out[columns.RATIO * LANES + lane], out[columns.RATIO_RATE * LANES + lane] = ratio, rate
-            out[columns.RATIO_ACCELERATION * LANES + lane] = acceleration
+            _put_ratio(out, lane, ratio, rate, acceleration)
             if needs_angle:
                 out[columns.DRIVEN_ANGLE * LANES + lane] = smoothstep_driven_angle(constants, lane, beyond)
 
