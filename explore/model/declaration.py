@@ -38,6 +38,8 @@ class Declaration:
     ----------
     name, summary
         Name in study files, and one line for lists.
+    called
+        What sentences call it; empty for its name.
     parameters
         Inputs of every design.
     signals
@@ -185,7 +187,13 @@ class Declaration:
     target: Target | None = None
     given: tuple[GivenMetric, ...] = ()
     table: Hashable = None
+    called: str = ""
     exact: Callable[[Mapping[str, Any]], ExactDesign] | None = None
+
+    @property
+    def in_words(self) -> str:
+        """What sentences call it."""
+        return self.called or self.name
 
     @property
     def default_drive(self) -> str:

@@ -15,7 +15,6 @@ from explore.base.errors import MotionError, RequestError
 from explore.base.suggest import suggestion
 from explore.base.units.quantities import quantity
 from explore.base.units.shown import PLAIN, Scale, headings, in_units
-from explore.mechanisms.linkages.table import name_in_words
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Metric, Parameter
 from explore.model.request import Request
@@ -180,8 +179,7 @@ def _find_parameter(mechanism: Mechanism, name: str) -> Parameter:
     """The parameter of a name that can be varied continuously."""
     declared = {p.name: p for p in mechanism.parameters}
     if name not in declared:
-        owner = name_in_words(mechanism.name)
-        raise RequestError(f"{owner} has no parameter '{name}'; {suggestion(name, declared)}")
+        raise RequestError(f"{mechanism.in_words} has no parameter '{name}'; {suggestion(name, declared)}")
     if declared[name].choices:
         values = ", ".join(f"{value:g}" for value in declared[name].choices)
         raise RequestError(f"{name} has only the values {values}, so it cannot be varied continuously; sweep it")
@@ -218,7 +216,7 @@ def _read_design(
     own = values.pop(parameter)
     for name, value in values.items():
         if not mechanism.parameter(name).allows(value):
-            raise RequestError(f"{name} = {value:g} is not an allowed value of {mechanism.name}")
+            raise RequestError(f"{name} = {value:g} is not an allowed value of {mechanism.in_words}")
     return values, {} if math.isnan(own) else {parameter: own}
 
 

@@ -153,6 +153,7 @@ def _declare(
         defaults.insert(0, "transmission_angle_min")
     return Mechanism(
         name=f"{PREFIX}{table.digest[:12]}",
+        called="this linkage",
         summary="a planar linkage that a table describes",
         parameters=tuple(_parameters(table)),
         signals=signals,

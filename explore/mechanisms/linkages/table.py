@@ -18,15 +18,8 @@ from explore.mechanisms.linkages.load_table import Loads
 FRAME = "frame"
 #: Beginning of the names of mechanisms of tables.
 PREFIX = "linkage-"
-#: Name of a mechanism of a table in sentences; its own is a digest.
-_THIS = "this linkage"
 #: Stands for the place of a driven pin, which depends on the input angle.
 _DRIVEN: Place = (constant(math.nan),) * 2
-
-
-def name_in_words(name: str) -> str:
-    """The name of a mechanism as a sentence has it."""
-    return _THIS if name.startswith(PREFIX) else name
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ import numpy as np
 
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import closest_name, format_value, suggestion
-from explore.mechanisms.linkages.table import name_in_words
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Parameter
 from explore.studies.config.schema import RangeTable, SpacedTable, read
@@ -39,8 +38,8 @@ def read_axes(
     required = [parameter.name for parameter in mechanism.parameters if parameter.default is None]
     missing = [name for name in required if name not in entries and name not in corrections]
     if missing and method != "table":
-        owner = name_in_words(mechanism.name)
-        problems.append((("parameters",), f"missing {', '.join(missing)}; {owner} needs {', '.join(required)}"))
+        reason = f"missing {', '.join(missing)}; {mechanism.in_words} needs {', '.join(required)}"
+        problems.append((("parameters",), reason))
     axes = []
     for parameter in mechanism.axis_order:
         entry = entries.get(parameter.name)

@@ -9,7 +9,7 @@ from typing import Protocol
 from explore.base.errors import RequestError
 from explore.base.suggest import closest_name, format_value, suggestion
 from explore.base.units.quantities import exact_quantity, without_turns
-from explore.mechanisms.linkages.table import PREFIX, name_in_words
+from explore.mechanisms.linkages.table import PREFIX
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.expressions import FUNCTIONS
 from explore.model.mechanism import Mechanism
@@ -103,7 +103,7 @@ def _interval(mechanism: Mechanism, bounds: Mapping[str, object]) -> Window:
     interval = next((window for window in mechanism.windows if window.name == "interval"), None)
     if interval is None:
         named = ", ".join(_named_windows(mechanism))
-        raise RequestError(f"{name_in_words(mechanism.name)} has no interval windows; available: {named}")
+        raise RequestError(f"{mechanism.in_words} has no interval windows; available: {named}")
     for name in bounds:
         if name not in ("from", "to"):
             raise RequestError(f"unknown key {format_value(name)} of an interval; give {{ from, to }}")

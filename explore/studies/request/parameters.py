@@ -11,7 +11,6 @@ import numpy.typing as npt
 from explore.base.errors import RequestError
 from explore.base.suggest import format_value
 from explore.base.units.quantities import quantity
-from explore.mechanisms.linkages.table import name_in_words
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray, Parameter
@@ -25,7 +24,7 @@ def parameter_columns(mechanism: Mechanism, designs: Mapping[str, npt.ArrayLike]
     if not hasattr(designs, "keys"):
         raise RequestError("designs must be a table or a dict of parameters by name")
     given = {str(name): designs[name] for name in list(designs)}  # type: ignore[index]  # labels of a table may be any objects
-    declared, owner = [p.name for p in mechanism.parameters], name_in_words(mechanism.name)
+    declared, owner = [p.name for p in mechanism.parameters], mechanism.in_words
     for name in given:
         if name not in declared:
             raise RequestError(f"{owner} has no parameter '{name}'; it has {', '.join(declared)}")

@@ -24,7 +24,7 @@ def add_points(mechanism: Mechanism, points: Sequence[str]) -> Mechanism:
 def reason_against_points(mechanism: Mechanism, count: int) -> str:
     """Why a mechanism cannot have so many points; empty if it can."""
     if count and mechanism.floating_link is None:
-        return f"{mechanism.name} has no floating link, so it has no points to name; leave them out"
+        return f"{mechanism.in_words} has no floating link, so it has no points to name; leave them out"
     return f"{count} points are named; at most {MOST_POINTS} are possible" if count > MOST_POINTS else ""
 
 

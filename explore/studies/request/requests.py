@@ -123,7 +123,7 @@ def _resolve(mechanism: Mechanism, arguments: RequestArguments) -> tuple[Request
         window = closest_window(mechanism, arguments.window)
     drives, drive = mechanism.drives, mechanism.default_drive if arguments.drive is None else arguments.drive
     if drive not in (drives or ("",)):
-        hint = suggestion(str(drive), drives) if drives else f"no window of {mechanism.name} depends on one"
+        hint = suggestion(str(drive), drives) if drives else f"no window of {mechanism.in_words} depends on one"
         problems.append((("drive",), f"unknown drive {format_value(drive)}; {hint}"))
     entries = _table("formulas", arguments.formulas, problems)
     names = _Names(mechanism, window, resolve_formulas(mechanism, entries, window, problems))

@@ -45,9 +45,8 @@ def read_target(mechanism: Mechanism, entries: object, problems: Problems, folde
     """
     kinds = " or ".join(f'"{kind}"' for kind in mechanism.targets)
     if not mechanism.targets:
-        is_limited = mechanism.default_window == "range"
         reason = "a linkage with a range meets no targets; leave out the target or the range"
-        problems.append(((), reason if is_limited else f"{mechanism.name} meets no targets; leave it out"))
+        problems.append(((), reason if mechanism.limits else f"{mechanism.in_words} meets no targets; leave it out"))
         return None
     if not isinstance(entries, Mapping):
         problems.append(((), f"must be a table with kind = {kinds}, got {format_value(entries)}"))

@@ -7,7 +7,6 @@ from typing import Literal, get_args
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
-from explore.mechanisms.linkages.table import name_in_words
 from explore.model.mechanism import Mechanism
 
 Distribution = Literal["normal", "uniform"]
@@ -57,8 +56,7 @@ def resolve_tolerances(mechanism: Mechanism, entries: Mapping[str, object]) -> t
     declared = {parameter.name: parameter for parameter in mechanism.parameters}
     for name, entry in entries.items():
         if name not in declared:
-            owner = name_in_words(mechanism.name)
-            problems.append(((name,), f"{owner} has no such parameter; {suggestion(name, declared)}"))
+            problems.append(((name,), f"{mechanism.in_words} has no such parameter; {suggestion(name, declared)}"))
         elif declared[name].choices:
             problems.append(((name,), "has only listed values, so it cannot deviate; leave it out"))
         else:

@@ -22,7 +22,7 @@ def reason_against_name(mechanism: Mechanism, name: str) -> str:
     kinds = {
         "a parameter": {parameter.name for parameter in mechanism.parameters},
         "a column of all results": _COLUMNS,
-        f"a metric or signal of {mechanism.name}": mechanism.taken_names,
+        f"a metric or signal of {mechanism.in_words}": mechanism.taken_names,
         "a function or a word of formulas and conditions": RESERVED,
     }
     if not _IDENTIFIER.fullmatch(str(name)) or len(name) > _LONGEST_NAME:
