@@ -17,6 +17,8 @@ from timing import cpu_times
 
 import explore
 from explore.evaluation.evaluate import evaluate_columns
+from explore.studies.designs.solved_lengths import solve
+from explore.studies.designs.spaces import SolvedLength
 from explore.studies.request.names import find_mechanism
 from explore.studies.request.requests import make_request
 
@@ -135,6 +137,14 @@ def measure(title, request, designs):
     print(f"{title:26}{count / statistics.median(times):12,.0f} designs/s{nodes:9.1f} nodes; met {met:.4f}")
 
 
+def measure_solving(title, name, metric, value):
+    """Print the rate at which a length of crank-rockers is solved for."""
+    designs = {each: column for each, column in drawn(FOUR_BAR).items() if each != name}
+    solved = SolvedLength(name, make_request(find_mechanism("crank-rocker"), metrics=[metric]), value)
+    (times,) = cpu_times({title: lambda: solve(solved, designs)}, 3).values()
+    print(f"{title:26}{DESIGNS / statistics.median(times):12,.0f} designs/s")
+
+
 def main() -> None:
     """Print the comparisons, then the requests without peers, then those of studies."""
     for request in COMPARED:
@@ -146,6 +156,7 @@ def main() -> None:
         options = {"window": "cycle", **{key: value for key, value in question.items() if key != "points"}}
         designs = {name: column for name, column in drawn(ranges, 4096).items() if name in names}
         measure(title, make_request(declared, **options), designs)
+    measure_solving("crank for a swing of 20°", "crank", "swing_angle", 20.0)
     for path in sorted(CONFIGS.glob("*.toml")):
         study = explore.load_study(path)
         measure(f"configs/{path.name}", study.request, study.space.designs(0, min(4096, study.space.n_designs)))

@@ -6,6 +6,7 @@ import pickle
 from dataclasses import replace
 from pathlib import Path
 
+import mpmath as mp
 import numpy as np
 import pytest
 from command_line import call
@@ -16,7 +17,8 @@ from simple_slider import SIMPLE_SLIDER
 
 import explore
 from explore.mechanisms.registry import MECHANISMS
-from explore.studies.designs.solved_lengths import SolvedSpace, _first_root, solve
+from explore.studies.designs.smallest_roots import first_root
+from explore.studies.designs.solved_lengths import SolvedSpace, solve
 from explore.studies.designs.spaces import (
     BLOCK_SIZE,
     ContinuousAxis,
@@ -126,6 +128,59 @@ def test_against_the_quadratic_equation(name):
     assert np.quantile(error, 0.999) <= 1e-12
     # Next to a change point, and next to the smallest swing, one bit of a length is more than that.
     assert error.max() <= 1e-11
+
+
+def formula_and_scan(mechanism, metric, name, value, lengths, **bounds):
+    """The length by the formula of the metric, and by the scan between the flattened loops."""
+    request = make_request(MECHANISMS[mechanism], metrics=[metric])
+    without = replace(request, metrics=(replace(request.metrics[0], lengths=None),))
+    others = {each: values for each, values in lengths.items() if each != name}
+    return [solve(SolvedLength(name, each, value, **bounds), others) for each in (request, without)]
+
+
+@pytest.mark.parametrize("draw", ["continuous", "integers", "kites", "change points"])
+@pytest.mark.parametrize("swing", [20.0, 90.0, 180.0])
+@pytest.mark.parametrize("name", LOOP)
+def test_the_formula_of_a_swing_is_the_scan(name, swing, draw):
+    rng, n = np.random.default_rng(5), 1000
+    lengths = {each: rng.uniform(1.0, 10.0, n) for each in LOOP}
+    if draw == "integers":
+        lengths = {each: np.ceil(values) for each, values in lengths.items()}
+    elif draw == "kites":
+        lengths["rocker"] = lengths["ground"]
+    elif draw == "change points":
+        rest = lengths["crank"] + lengths["ground"] - lengths["coupler"]
+        lengths["rocker"] = np.abs(rest * (1.0 + rng.choice([-1, 1], n) * 10.0 ** rng.uniform(-15, -1, n)))
+    formula, scan = formula_and_scan("crank-rocker", "swing_angle", name, swing, lengths)
+    np.testing.assert_array_equal(np.isnan(formula), np.isnan(scan))
+    np.testing.assert_allclose(formula, scan, rtol=1e-7)  # half the digits where both roots nearly coincide
+
+
+@pytest.mark.parametrize("name", ["crank", "rod", "offset"])
+def test_the_formula_of_a_stroke_is_the_scan(name):
+    rng, n = np.random.default_rng(6), 4000
+    lengths = {"crank": rng.uniform(20, 60, n), "rod": rng.uniform(80, 200, n), "offset": rng.uniform(-40, 40, n)}
+    lengths["offset"][:100], lengths["crank"][:50] = 0.0, 45.0  # a stroke of 90 has any rod
+    low = {"low": -np.inf} if name == "offset" else {}
+    formula, scan = formula_and_scan("slider-crank", "stroke", name, 90.0, lengths, **low)
+    np.testing.assert_array_equal(np.isnan(formula), np.isnan(scan))
+    assert 0.1 < np.isfinite(formula).mean() <= 1.0
+    np.testing.assert_allclose(formula, scan, rtol=1e-9)  # the scan's error is that of the stroke, magnified
+
+
+@pytest.mark.parametrize("gap", [1e-14, 1e-10, 1e-6])
+def test_two_couplers_that_nearly_coincide(gap):
+    """The swing is smallest at a coupler: just above this value both roots are found, just below none."""
+    half = mp.radians(20) / 2
+    rocker, ground = 500.0, 700.0
+    crank = float(rocker * mp.sin(half) * (1 - gap))
+    centric = (ground**2 - rocker**2 + crank**2) ** 0.5
+    others = {"crank": crank, "rocker": rocker, "ground": ground}
+    (coupler,) = solved("coupler", "swing_angle", 20.0, **others)
+    assert metric_of("swing_angle", coupler=centric, **others)[0] <= 20.0
+    assert coupler <= centric
+    assert metric_of("swing_angle", coupler=coupler, **others)[0] == pytest.approx(20.0, rel=1e-12)
+    assert np.isnan(solved("coupler", "swing_angle", 20.0, **others | {"crank": crank * (1 + 2 * max(gap, 1e-12))}))
 
 
 @settings(max_examples=60, deadline=None)
@@ -425,5 +480,5 @@ def test_between_bounds_up_to_the_border_of_the_motion(share):
 )
 def test_the_next_candidate_is_tried_where_one_is_no_root(function, root):
     lengths = np.linspace(0.0, 10.0, 21)[:, None]
-    found = _first_root(lambda x, _: function(x), lengths, function(lengths), np.arange(1), 1.0)
+    found = first_root(lambda x, _: function(x), lengths, function(lengths), np.arange(1), 1.0)
     assert found == pytest.approx(root, rel=1e-12, nan_ok=True)

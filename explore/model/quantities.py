@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -203,6 +203,9 @@ class Metric(Quantity):
         Whether the metric exists only where the output rocks.
     is_partial
         Whether designs whose status is 'ok' may lack it, as a place of something that they need not have.
+    lengths
+        Formula for solving for a length: of its name, the others by name, (n,), and a value of the metric. It returns
+        lengths, (k, n), of which some have that value if any do; inf for none, NaN where it cannot tell.
     """
 
     sense: Sense | None = None
@@ -213,6 +216,7 @@ class Metric(Quantity):
     closed_form_of: str = ""
     needs_stroke: bool = False
     is_partial: bool = False
+    lengths: Callable[[str, Mapping[str, FloatArray], float], FloatArray] | None = None
 
 
 @dataclass(frozen=True)

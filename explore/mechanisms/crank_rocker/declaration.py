@@ -14,6 +14,7 @@ from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.mechanisms.four_bar_table import four_bar_table
 from explore.mechanisms.linkages.added_points import with_points
 from explore.mechanisms.linkages.motions import declare_targets_of_link
+from explore.mechanisms.prescribed_strokes import lengths_of_swing
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
 from explore.model.points import FloatingLink
@@ -53,7 +54,7 @@ _GEOMETRY_METRICS = (
     Metric("linkage_class", "", "class of the linkage", labels=four_bar.CLASS_LABELS),
     Metric("grashof_margin", "mm", "Grashof margin: middle two lengths minus shortest and longest", "max"),
     Metric("swing_angle", "deg", "swing of the rocker", "max", lower=0.0, upper=180.0, needs_stroke=True,
-           closed_form_of="rocker_angle_peak_to_peak_cycle"),
+           closed_form_of="rocker_angle_peak_to_peak_cycle", lengths=lengths_of_swing),
     Metric("mid_angle", "deg", "mean of the rocker's two limit angles", lower=-180.0, upper=180.0, needs_stroke=True),
     Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", lower=1.0, needs_stroke=True),
     Metric("mean_output_ratio", "1", "mean output speed over input speed with one clutch", "max", lower=0.0, upper=0.5,

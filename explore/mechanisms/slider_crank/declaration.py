@@ -8,6 +8,7 @@ import numpy as np
 from explore.mechanisms.linkages.added_points import with_points
 from explore.mechanisms.linkages.motions import declare_targets_of_link
 from explore.mechanisms.overall_size import declare_size
+from explore.mechanisms.prescribed_strokes import lengths_of_stroke
 from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
 from explore.mechanisms.slider_crank.exact import exact_slider_crank
@@ -22,7 +23,14 @@ from explore.model.window import Window
 
 _STROKES = ("outer_to_inner", "inner_to_outer")
 _METRICS = (
-    Metric("stroke", "mm", "stroke of the slider", lower=0.0, closed_form_of="slider_position_peak_to_peak_cycle"),
+    Metric(
+        "stroke",
+        "mm",
+        "stroke of the slider",
+        lower=0.0,
+        closed_form_of="slider_position_peak_to_peak_cycle",
+        lengths=lengths_of_stroke,
+    ),
     Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", lower=1.0),
     Metric("outer_angle", "deg", "crank angle of the outer dead centre", lower=-90.0, upper=90.0),
     Metric("inner_angle", "deg", "crank angle of the inner dead centre", lower=90.0, upper=270.0),
