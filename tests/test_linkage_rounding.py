@@ -27,7 +27,7 @@ def _call(fill, constants, tangents, anchor, law, variant, count, needs, out):
 
 
 def test_disturbed_samples_tell_the_derivatives_by_all_operations():
-    """The mean square of changes of a crank pin's place, r cos and r sin, is that of two operations."""
+    """Changes of a crank pin's place, r cos and r sin, are those of two operations and of the half-tangent."""
     kernel = linkage_of(CASES["watt-2"]).mechanism.for_signals(["A_x", "A_y"])
     design = {name: np.array([value]) for name, value in values_of(CASES["watt-2"]).items()}
     count, tangents = 64, np.repeat(np.linspace(-0.9, 0.9, 64), 16)
@@ -37,7 +37,9 @@ def test_disturbed_samples_tell_the_derivatives_by_all_operations():
         _call(fill, constants, tangents, 0, 0, 0, count, 1, out)
     shape = (count, kernel.signal_rows, 16)
     changes = ((disturbed - samples) / DISTURBANCE).reshape(shape)[:, :2, 0]
-    expected = 2.0 * (samples.reshape(shape)[:, :2, 0] ** 2).mean(axis=0)
+    u, (x, y) = np.linspace(-0.9, 0.9, count), samples.reshape(shape)[:, :2, 0].T
+    by_tangent = 4.0 * u * 2.0 / (1.0 + u * u) * np.array([-y, x])
+    expected = (2.0 * np.array([x, y]) ** 2 + by_tangent**2).mean(axis=1)
     assert (changes**2).mean(axis=0) == pytest.approx(expected, rel=0.5)
 
 
@@ -77,3 +79,45 @@ def test_the_smallest_transmission_angle_is_within_its_bound_beside_the_limit(ma
         error = abs(mpmath.mpf(row["transmission_angle_min"]) - exact) / exact
     # or what the root of the margin costs: the error may be small by chance
     assert error <= row["error"] <= max(1e3 * error, 5e-12 / math.sqrt(margin))
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("exponent", [-10, -20, -30, -40])
+def test_a_slider_beside_its_change_point(exponent, side):
+    """The factors of its joint are sums of positive terms; what is left is the rounding of the crank angle."""
+    gap, crank, offset = 2.0**exponent, 30.0, 10.0
+    rod, towards = crank + offset + gap, math.copysign(90.0, side)  # exact
+    linkage = linkage_of(CASES["slider-crank"])
+    angles = [towards, towards + 100.0 * math.sqrt(gap / crank), towards - 20.0]
+    rows = explore.simulate(linkage, {"r": crank, "l": rod, "e": -side * offset, "speed": 1.0}, angles=angles)
+    with mpmath.workdps(40):
+        for (_, row), angle in zip(rows.iterrows(), angles, strict=True):
+            theta = mpmath.radians(mpmath.mpf(angle))
+            height = side * offset + crank * mpmath.sin(theta)
+            root = mpmath.sqrt(mpmath.mpf(rod) ** 2 - height**2)
+            rate = -crank * mpmath.cos(theta) / root
+            # a few units in the last place of the angle, of the rate and of the sum
+            assert abs(row["rod_velocity"] - rate) <= 1e-15 * (crank / root + abs(rate))
+
+
+def test_bounds_count_the_rounding_of_the_angle():
+    """A change point at a quarter of a turn is at a half-tangent of 1, which is less exact than one of 0."""
+    rng, count = np.random.default_rng(0), 2000
+    links = {"r": rng.uniform(10, 50, count), "l": rng.uniform(60, 150, count), "k": rng.uniform(60, 150, count)}
+    total, gaps = links["l"] + links["k"] - links["r"], 10.0 ** rng.uniform(-7, -2, count)
+    least = np.abs(links["l"] - links["k"]) + links["r"]
+    design = links | {"g": np.where(rng.random(count) < 0.5, total - gaps, least + gaps)}
+    asked = {"metrics": ["rocker_acceleration_variance"], "window": "cycle", "tolerance": 1e-9}
+    flat, upright = (explore.evaluate(four_bar_along(place), design, **asked) for place in (["g", 0], [0, "g"]))
+    met = (flat["status"] == 1) & (upright["status"] == 1)
+    assert np.count_nonzero(met) >= 1990
+    difference = np.abs(upright["rocker_acceleration_variance"] / flat["rocker_acceleration_variance"] - 1.0)
+    assert (difference <= upright["error"])[met].all()
+
+
+def four_bar_along(place):
+    """A four-bar whose ground has its other pivot at a place."""
+    links = {"crank": {"O": 0, "A": "r"}, "coupler": {"A": 0, "B": "l"}, "rocker": {"C": 0, "B": "k"}}
+    frame, branch = {"O": [0, 0], "C": place}, {"B": "left of A C"}
+    table = {"driver": "crank", "output": "rocker", "frame": frame, "links": links, "branch": branch}
+    return explore.Linkage({"linkage": table})

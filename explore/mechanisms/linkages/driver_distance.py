@@ -1,8 +1,11 @@
-"""The distance of a point of the frame and one of the driver, without terms that cancel.
+"""The distance of a point of the frame, or of a line of it, and a point of the driver, without terms that cancel.
 
 With g and c the distances of the two points from the driver's pivot and phi the angle between them, the square of the
 distance is (g - c)^2 + 2 g c (1 - cos phi). From the driver's point to the frame's, along the frame's direction and to
 the left of it, they are g - c + c (1 - cos phi) and -c sin phi apart.
+
+With e the height of the driver's pivot over the line and phi the angle from the line to the driver's point, this is at
+the height e + c sin phi, which a length r exceeds by (r - e - c) + c (1 - sin phi).
 """
 
 from dataclasses import dataclass
@@ -64,6 +67,26 @@ def find_distance(angle: Input, still: Local, moving: Local) -> DriverDistance |
     product = 2.0 * (ground * crank)
     square = versine * product + (ground - crank) * (ground - crank)
     return DriverDistance(square, vector, ground, crank, product, versine, angle.versine(quarters - turned + 2))
+
+
+def find_margins(
+    angle: Input, radius: Number, start: Local, direction: Local, pivot: Local, moving: Local
+) -> tuple[Series, Series, Number] | None:
+    """The sums r - h and r + h of a radius r and the height h of a line of the frame over a point of the driver.
+
+    The line is from `start` in a direction, the point `moving` from the driver's pivot. Then follows what terms cancel
+    by, which is 0 unless a parameter is negative. None unless the line and the point are along an axis.
+    """
+    along, other = _along_axis(direction), _along_axis(moving)
+    if along is None or other is None:
+        return None
+    (_, quarters), (crank, turned) = along, other
+    # the pivot over the line is the difference of two coordinates
+    axis, ahead, total = 1 - quarters % 2, quarters - turned, radius.graph.exact_sum
+    upper, lower = (start, pivot) if quarters in (1, 2) else (pivot, start)
+    below = angle.versine(ahead - 1) * crank + total(radius, upper[axis], -lower[axis], -crank)
+    above = angle.versine(ahead + 1) * crank + total(radius, lower[axis], -upper[axis], -crank)
+    return below, above, abs(crank) - crank
 
 
 def _along_axis(vector: Local) -> tuple[Number, int] | None:

@@ -6,7 +6,7 @@ A dyad RRR joins the points a and b at the distances r and s. With d = b - a, D 
 
 the joint is at a + k d + f J d, J a quarter of a turn to the left. Where a is of the frame and b on the driver, p, q
 and D are sums of positive terms: a versine of the input angle times the lengths, and sums of lengths that are rounded
-once.
+once. So are r - h and r + h of the next where c is on the driver and the line one of the frame.
 
 RRP: a line through g along n, and a point c at the distance r from the joint: with w = g - c and h = n x w the joint is
 at g + (+- sqrt((r - h)(r + h)) - n.w) n. RPR: the direction of a link follows from a known point of it and from the pin
@@ -201,12 +201,19 @@ class Equations(Trace):
         r = length(self.between(circle.link, circle.centre, point))
         g, n = self._line(line)
         w = minus(g, self.points[circle.centre])
-        h = cross(n, w)
-        low, high = r - h, h + r
         body = line.body if isinstance(line, Slot) else line.slide.body
         inherited = larger(self._conditions[circle.centre], self._condition_of(body))
-        size = r.terms[0] + abs(h.terms[0])
-        own = inherited * ((r * r).terms[0] / (low.terms[0] * high.terms[0]))
+        known = self._margins(circle.centre, line, r.terms[0])
+        if known:
+            low, high, size = known
+            h, least = 0.5 * (high.terms[0] - low.terms[0]), _LEAST_SQUARE * (r * r).terms[0]
+            product = self.graph.put("max", (low.terms[0] * high.terms[0]).index, least.index)
+            own = inherited * (1.0 + size * r.terms[0] / product)
+        else:
+            distance = cross(n, w)
+            low, high, h = r - distance, distance + r, distance.terms[0]
+            size = r.terms[0] + abs(h)
+            own = inherited * ((r * r).terms[0] / (low.terms[0] * high.terms[0]))
         self._add_factor(Factor(point, low, size), inherited)
         self._add_factor(Factor(point, high, size), inherited)
         root = (low * high).sqrt()
@@ -214,7 +221,7 @@ class Equations(Trace):
         t = signed - dot(w, n)
         self.determinants[point] = signed.terms[0]
         self._know(point, (g[0] + t * n[0], g[1] + t * n[1]), own, point)
-        self.transmission[point] = (root.terms[0], -h.terms[0])
+        self.transmission[point] = (root.terms[0], -h)
 
     def _join_lines(self, point: str, first: Slot | SlideLine, second: Slot | SlideLine) -> None:
         (g, n), (h, m) = self._line(first), self._line(second)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 from functools import reduce
 
 from explore.mechanisms.linkages.coordinate import Place
-from explore.mechanisms.linkages.driver_distance import DriverDistance, Input, find_distance
+from explore.mechanisms.linkages.driver_distance import DriverDistance, Input, find_distance, find_margins
 from explore.mechanisms.linkages.expressions import read_expression
 from explore.mechanisms.linkages.graph import Graph, Number, Series
 from explore.mechanisms.linkages.steps import SlideLine
@@ -223,6 +223,15 @@ class Trace:
                 distance = find_distance(self._angle, ground, crank)
                 return (distance, sense) if distance else None
         return None
+
+    def _margins(self, point: str, line: Slot | SlideLine, radius: Number) -> tuple[Series, Series, Number] | None:
+        """See `find_margins`; None but for a point of the driver and a slot of the frame."""
+        is_driven = self._pivot and self._made_by.get(point) == self.table.driver
+        if not (is_driven and isinstance(line, Slot) and line.body == FRAME):
+            return None
+        start, end = self._ends(line)
+        crank, pivot = self.between(self.table.driver, self._pivot, point), self._local[FRAME][self._pivot]
+        return find_margins(self._angle, radius, _local(start), _local(minus(end, start)), _local(pivot), _local(crank))
 
     def _exact_sum(self, *terms: Series) -> Number:
         """A sum of the design, rounded once."""

@@ -81,7 +81,7 @@ def curve_function(program: Program) -> str:
 
 
 def fill_function(program: Program, *, is_disturbed: bool = False, before: str = "", rows_before: int = 0) -> str:
-    """A function as `explore.model.mechanism.Mechanism.fill`, or `disturbed_fill`.
+    """A function as `explore.model.mechanism.Mechanism.fill`, or `disturbed_fill`, whose half-tangents are off as well.
 
     The function `before` fills so many rows before those of the program, if there are needs.
     """
@@ -94,8 +94,8 @@ def fill_function(program: Program, *, is_disturbed: bool = False, before: str =
         + _place("%node.tangents", "%tangents", "%j", 1)
         + _place("%node.written", "%all.written", "%j", rows)
         + _place("%written", "%node.written", rows_before, 1)
-        + _load("%tangent", "%node.tangents")
-        + (factors if is_disturbed else "")
+        + _load("%tangent.exact" if is_disturbed else "%tangent", "%node.tangents")
+        + (factors + _DISTURBED_TANGENT if is_disturbed else "")
         + _body(program, _FAST, is_disturbed=is_disturbed)
         + "  %j.after = add i64 %j, 1\n  %more = icmp slt i64 %j.after, %count\n"
         "  br i1 %more, label %next, label %done\ndone:\n"
@@ -307,3 +307,14 @@ def _splat(value: float, lanes: int) -> str:
 
 def _hex(value: float) -> str:
     return f"0x{struct.pack('>d', value).hex()}"
+
+
+#: Statements of the half-tangents of a disturbed node, off together by four times as much as an operation.
+_DISTURBED_TANGENT = (
+    "  %tangent.factor.at = getelementptr double, ptr @factors, i64 %factor\n"
+    "  %tangent.factor = load double, ptr %tangent.factor.at\n"
+    "  %tangent.four = fmul double %tangent.factor, 4.0\n"
+    "  %tangent.change = fsub double %tangent.four, 3.0\n"
+    + _spread("%tangent.changes", "%tangent.change")
+    + f"  %tangent = fmul {_VECTOR} %tangent.exact, %tangent.changes\n"
+)
