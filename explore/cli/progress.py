@@ -26,7 +26,8 @@ def block_bar(activity: str, *, lines: bool = False) -> Iterator[ReportProgress 
     Where there is no terminal it prints a line now and then with `lines`, else it is None.
     """
     if not sys.stderr.isatty():
-        yield _count_lines(activity) if lines else None
+        tell = _lines()
+        yield (lambda done, total: tell(f"{activity}: {done:,} of {total:,}", done, total - done)) if lines else None
         return
     from rich import progress
     from rich.console import Console
@@ -40,11 +41,6 @@ def block_bar(activity: str, *, lines: bool = False) -> Iterator[ReportProgress 
     with progress.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
-
-
-def _count_lines(activity: str) -> ReportProgress:
-    tell = _lines()
-    return lambda done, total: tell(f"{activity}: {done:,} of {total:,}", done, total - done)
 
 
 def _lines() -> Callable[[str, int, int], None]:
@@ -86,7 +82,11 @@ def sweep_progress(total: int, *, quiet: bool) -> Iterator[Callable[[Progress], 
         with _sweep_bar(total) as update:
             yield update
     else:
-        yield _sweep_lines()
+        tell = _lines()
+        yield lambda state: tell(
+            f"{state.n_done:,} of {state.n_designs:,} designs, {state.n_feasible / state.n_computed:.0%} feasible",
+            state.n_computed, state.n_designs - state.n_done,
+        )  # fmt: skip
 
 
 @contextmanager
@@ -112,14 +112,6 @@ def _sweep_bar(total: int) -> Iterator[Callable[[Progress], None]]:
             bar.update(task, completed=state.n_done, rate=f"{rate:,.0f}/s", share=share)
 
         yield update
-
-
-def _sweep_lines() -> Callable[[Progress], None]:
-    tell = _lines()
-    return lambda state: tell(
-        f"{state.n_done:,} of {state.n_designs:,} designs, {state.n_feasible / state.n_computed:.0%} feasible",
-        state.n_computed, state.n_designs - state.n_done,
-    )  # fmt: skip
 
 
 @contextmanager

@@ -22,16 +22,12 @@ _DECLARED = "declared"
 _QUANTITIES = ("length", "angle", "speed", "velocity", "acceleration", "force", "torque", "mass", "power")
 
 
-def _complete_units() -> list[str]:
-    return [*(f"{name}=" for name in _QUANTITIES), _DECLARED]
-
-
 UnitsOption = Annotated[
     list[str] | None,
     typer.Option(
         "--units",
         metavar="QUANTITY=UNIT",
-        autocompletion=_complete_units,
+        autocompletion=lambda: [*(f"{name}=" for name in _QUANTITIES), _DECLARED],
         help="Show a quantity in this unit, such as length=in or speed=rpm; numbers without a unit on the command line "
         "are in it, too. Several times for several quantities; `declared` leaves out those of the study.",
     ),

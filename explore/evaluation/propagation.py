@@ -116,20 +116,12 @@ def _rounding(value: FloatArray, unit: float, *factors: FloatArray) -> FloatArra
     return rounding
 
 
-def _negate(a: Bounded) -> Bounded:
-    return Bounded(-a.value, a.bound, a.scale)
-
-
 def _magnitude(a: Bounded) -> Bounded:
     return Bounded(np.abs(a.value), a.bound, a.scale)
 
 
 def _add(a: Bounded, b: Bounded) -> Bounded:
     return _sum(a, b, a.value + b.value)
-
-
-def _subtract(a: Bounded, b: Bounded) -> Bounded:
-    return _sum(a, b, a.value - b.value)
 
 
 def _sum(a: Bounded, b: Bounded, total: FloatArray) -> Bounded:
@@ -267,10 +259,11 @@ def _length(a: Bounded, b: Bounded) -> Bounded:
 
 
 _UNARY: dict[str, Callable[[Bounded], Bounded]] = {
-    "negate": _negate, "abs": _magnitude, "sqrt": _root, "log": _logarithm, "exp": _exponential,
+    "negate": lambda a: Bounded(-a.value, a.bound, a.scale), "abs": _magnitude, "sqrt": _root,
+    "log": _logarithm, "exp": _exponential,
     "sin": _circular(np.sin), "cos": _circular(np.cos), "tan": _tangent,
 }  # fmt: skip
 _BINARY: dict[str, Callable[[Bounded, Bounded], Bounded]] = {
-    "+": _add, "-": _subtract, "*": _multiply, "/": _divide, "**": _power,
+    "+": _add, "-": lambda a, b: _sum(a, b, a.value - b.value), "*": _multiply, "/": _divide, "**": _power,
     "min": _smaller, "max": _larger, "atan2": _direction, "hypot": _length,
 }  # fmt: skip

@@ -82,7 +82,9 @@ def _load(name: str) -> Mechanism:
     if others:
         sources = " and by ".join(source_of(each) for each in (entry, *others))
         raise RequestError(f"the mechanism '{name}' is registered by {sources}; uninstall all but one of them")
-    warning = threading.Timer(_PATIENCE, _say_slow, [name, source_of(entry)])
+    source = source_of(entry)
+    line = f"loading the mechanism '{name}' of {source} takes long; uninstall {source} if it never ends"
+    warning = threading.Timer(_PATIENCE, sys.stderr.write, [f"warning: {line}\n"])
     warning.daemon = True
     try:
         if entry.dist:
@@ -90,18 +92,13 @@ def _load(name: str) -> Mechanism:
         mechanism = entry.load()
     except (Exception, SystemExit) as error:  # anything may happen in another package's module
         reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise RequestError(f"the mechanism '{name}' of {source_of(entry)} cannot be loaded: {reason}") from error
+        raise RequestError(f"the mechanism '{name}' of {source} cannot be loaded: {reason}") from error
     finally:
         warning.cancel()
     if not isinstance(mechanism, Mechanism) or mechanism.name != name:
         found = f"the mechanism '{mechanism.name}'" if isinstance(mechanism, Mechanism) else "no mechanism"
-        raise RequestError(f"the mechanism '{name}' of {source_of(entry)} cannot be loaded: {entry.value} is {found}")
+        raise RequestError(f"the mechanism '{name}' of {source} cannot be loaded: {entry.value} is {found}")
     return mechanism
-
-
-def _say_slow(name: str, source: str) -> None:
-    line = f"loading the mechanism '{name}' of {source} takes long; uninstall {source} if it never ends"
-    sys.stderr.write(f"warning: {line}\n")
 
 
 MECHANISMS = Registry()

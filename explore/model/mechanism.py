@@ -28,11 +28,6 @@ from explore.model.targets import Target
 from explore.model.window import Window
 
 
-def _is_compiled(function: object) -> bool:
-    """Whether compiled functions can take a function as an argument; told without loading Numba."""
-    return hasattr(function, "py_func") or hasattr(function, "__wrapper_address__")
-
-
 @dataclass(frozen=True)
 class ClosedFormResult:
     """What the compiled closed form of a mechanism fills for n designs.
@@ -103,7 +98,8 @@ class Mechanism(Declaration):
 
     def __post_init__(self) -> None:
         for name in ("close", "fill"):
-            if not _is_compiled(getattr(self, name)):
+            function = getattr(self, name)  # told without loading Numba
+            if not hasattr(function, "py_func") and not hasattr(function, "__wrapper_address__"):
                 raise ValueError(
                     f"mechanism '{self.name}': {name} is not compiled; decorate it with explore.base.compiling.compiled"
                 )

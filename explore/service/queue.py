@@ -49,7 +49,8 @@ class Jobs:
         self._active = ""
         self._changed = threading.Condition(threading.RLock())
         for state in _ORDER:
-            for name, priority, number in self._placed(state):
+            named = folder.queued() if state == State.queued else [(name, 5, 0) for name in folder.settled(state)]
+            for name, priority, number in named:
                 self._jobs.setdefault(name, self._read(Job(name, state, priority, number)))
 
     def in_order(self) -> list[Job]:
@@ -59,7 +60,9 @@ class Jobs:
         waiting = sorted((job for job in jobs if job.state == State.queued), key=_order)
         running = [job for job in jobs if job.state == State.running]
         settled = [job for job in jobs if job.state not in (State.queued, State.running)]
-        return [*running, *waiting, *sorted(settled, key=_ended, reverse=True)]
+        # A log without numbers has times, which come first.
+        settled.sort(key=lambda job: (job.ended_number, job.ended or ""), reverse=True)
+        return [*running, *waiting, *settled]
 
     def get(self, name: str) -> Job:
         """The job of a name; `UnknownJobError` if there is none."""
@@ -243,11 +246,6 @@ class Jobs:
 
     # --- helpers; the caller holds the lock ---------------------------------------------------------------------------
 
-    def _placed(self, state: State) -> list[tuple[str, int, int]]:
-        if state == State.queued:
-            return self._folder.queued()
-        return [(name, 5, 0) for name in self._folder.settled(state)]
-
     def _read(self, job: Job) -> Job:
         for event in read_events(self._folder.log_path(job.name)):
             job = job.after(event)
@@ -296,11 +294,6 @@ class Jobs:
 def _order(job: Job) -> tuple[int, int]:
     """Key by which names of queued files are sorted."""
     return job.priority, job.number
-
-
-def _ended(job: Job) -> tuple[int, str]:
-    """Key by which jobs that have ended are sorted; a log without numbers has times, which come first."""
-    return job.ended_number, job.ended or ""
 
 
 def _check_priority(priority: int) -> None:

@@ -69,7 +69,8 @@ class Place:
             _check_pair(self.certificate, self.key)
         if self.public_url is not None and not _is_origin(self.public_url):
             raise RequestError("`public_url`: write https://HOST or https://HOST:PORT, without a path")
-        if self.public_url is not None and _is_open(self.public_url):
+        parts = urlsplit(self.public_url or "")
+        if parts.scheme == "http" and not _is_loopback(parts.hostname or ""):
             raise RequestError(
                 f"`public_url` {self.public_url} would send tokens and results unencrypted; write https://, and let "
                 "this server (`certificate` and `key`) or a reverse proxy speak TLS"
@@ -242,12 +243,6 @@ def _is_origin(url: str) -> bool:
     except ValueError:  # a port beyond 65,535, or an IPv6 address without its end
         return False
     return is_usual and "@" not in parts.netloc and not (parts.path.strip("/") or parts.query or parts.fragment)
-
-
-def _is_open(url: str) -> bool:
-    """Whether an address leads to another machine without TLS."""
-    parts = urlsplit(url)
-    return parts.scheme == "http" and not _is_loopback(parts.hostname or "")
 
 
 def _allow_open_files() -> None:

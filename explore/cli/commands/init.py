@@ -57,13 +57,7 @@ def init(
     given = [f"--{name}" for name, value in options.items() if value is not None]
     if len(given) > 1:
         raise RequestError(f"{' and '.join(given)} are given; name one of them")
-    remarks: list[str] = []
-    if source is not None:
-        text, remarks = _imported(source)
-    elif linkage is not None:
-        text = _linkage(linkage)
-    else:
-        text = _study(mechanism or DEFAULT_MECHANISM) if task is None else _task(task)
+    text, remarks = _starter_text(mechanism, task, linkage, source)
     path = config or Path("study.toml" if task is None else "task.toml")
     try:
         with path.open("x", encoding="utf-8") as stream:
@@ -76,16 +70,25 @@ def init(
     say(f"wrote {path}; now run: {shlex.join(['explore', command, str(path)])}")
 
 
-def _linkage(name: str) -> str:
-    from explore.studies.config.study_file import linkage_starter
+def _starter_text(
+    mechanism: str | None, task: str | None, linkage: str | None, source: str | None
+) -> tuple[str, list[str]]:
+    """The text of the study or task, and remarks on it."""
+    from explore.studies.config import study_file
 
-    return linkage_starter(name)
+    if source is not None:
+        from explore.studies.imports.sources import imported_study
 
+        return imported_study(source)
+    if linkage is not None:
+        return study_file.linkage_starter(linkage), []
+    if task is not None:
+        from explore.synthesis.tasks.task_files import task_starter
 
-def _imported(source: str) -> tuple[str, list[str]]:
-    from explore.studies.imports.sources import imported_study
+        return task_starter(task), []
+    from explore.studies.request.names import find_mechanism
 
-    return imported_study(source)
+    return study_file.starter(find_mechanism(mechanism or DEFAULT_MECHANISM)), []
 
 
 def _print_linkages() -> None:
@@ -94,16 +97,3 @@ def _print_linkages() -> None:
     rows = [[name, summary] for name, summary in linkage_starters().items()]
     print_table("linkages that tables describe", [("linkage", ""), ("meaning", "")], rows)
     say("explore init --linkage NAME writes its study", "dim")
-
-
-def _study(mechanism: str) -> str:
-    from explore.studies.config.study_file import starter
-    from explore.studies.request.names import find_mechanism
-
-    return starter(find_mechanism(mechanism))
-
-
-def _task(kind: str) -> str:
-    from explore.synthesis.tasks.task_files import task_starter
-
-    return task_starter(kind)

@@ -37,16 +37,12 @@ KINDS = {
 _SIMULATED_KINDS = ("motion", "mechanism", "path", "cognates", "burmester", "dwell")
 
 
-def _complete_kinds() -> list[str]:
-    return list(KINDS)
-
-
 def plot(
     kind: Annotated[
         str,
         typer.Argument(
             metavar="KIND",
-            autocompletion=_complete_kinds,
+            autocompletion=lambda: list(KINDS),
             help="pareto, motion, mechanism, path, cognates, burmester, dwell, map, parallel or ratio.",
         ),
     ],

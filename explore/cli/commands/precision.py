@@ -21,8 +21,6 @@ from explore.cli.table_files import write_all
 from explore.cli.tables import print_table
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from explore.comparison.method_precision import Standing
     from explore.comparison.scenes import Scene
 
@@ -113,10 +111,10 @@ def _write(folder: Path, scenes: Sequence[Scene], tables: dict[str, Rows], machi
     frames = {name: pd.DataFrame(rows).assign(**machine) for name, rows in tables.items()}
     motions, averages = frames["motions"], frames["averages"]
     titles = {scene.name: _without_formulas(scene.title) for scene in scenes}
-    charts = {
-        scene.name: scene_chart(_rows_of(motions, scene), f"{titles[scene.name]}: {_without_formulas(scene.question)}")
-        for scene in scenes
-    }
+    charts = {}
+    for scene in scenes:
+        rows = motions[motions["scene"] == scene.name].dropna(axis="columns", how="all")
+        charts[scene.name] = scene_chart(rows, f"{titles[scene.name]}: {_without_formulas(scene.question)}")
     charts["overview"] = overview_chart(motions, titles)
     if len(averages):
         charts["averages"] = averages_chart(averages, titles)
@@ -126,10 +124,6 @@ def _write(folder: Path, scenes: Sequence[Scene], tables: dict[str, Rows], machi
 def _without_formulas(text: str) -> str:
     """The text with its dollar signs escaped."""
     return text.replace("$", r"\$")
-
-
-def _rows_of(rows: pd.DataFrame, scene: Scene) -> pd.DataFrame:
-    return rows[rows["scene"] == scene.name].dropna(axis="columns", how="all")
 
 
 def _print_standings(scenes: Sequence[Scene], motions: Rows) -> None:

@@ -97,7 +97,9 @@ def tune(
     if as_json:
         print_json(_as_json(shown, scales))
     else:
-        _print(shown, _sentences(subject.mechanism))
+        from explore.studies.request.names import find_mechanism
+
+        _print(shown, find_mechanism(subject.mechanism).status_sentences)
     _say_constraints(tuning, subject, asked, scales)
     for path in output or []:
         table = with_units(shown.curve, scales)
@@ -199,12 +201,6 @@ def _read_ends(
         if name in scales and all(isinstance(value, float) for value in numbers) and numbers[0] > numbers[1]:
             raise RequestError(f"`{first}` = {texts[first]} is above `{last}` = {texts[last]}")
     return ends
-
-
-def _sentences(mechanism: str) -> Mapping[str, str]:
-    from explore.studies.request.names import find_mechanism
-
-    return find_mechanism(mechanism).status_sentences
 
 
 def _say_constraints(

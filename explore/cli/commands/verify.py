@@ -47,7 +47,11 @@ def _verify(path: Path, *, as_json: bool) -> int:
                 "blocks": results.n_blocks,
                 "committed_blocks": len(committed),
                 "pending_blocks": results.n_blocks - len(committed),
-                "damaged_blocks": [_block_entry(results, number) for number in damaged],
+                "damaged_blocks": [
+                    {"block": number, "first_row": start, "last_row": stop - 1}
+                    for number in damaged
+                    for start, stop in [results.row_range(number)]
+                ],
                 "counts": statuses,
             }
         )
@@ -66,11 +70,6 @@ def _verify(path: Path, *, as_json: bool) -> int:
     print_table(title, [("status", ""), ("designs", "")], [[label, f"{n:,}"] for label, n in statuses.items()])
     _conclude(results, damaged)
     return 1 if damaged else 0
-
-
-def _block_entry(results: Results, number: int) -> dict[str, int]:
-    start, stop = results.row_range(number)
-    return {"block": number, "first_row": start, "last_row": stop - 1}
 
 
 def _conclude(results: Results, damaged: list[int]) -> None:

@@ -222,9 +222,8 @@ class Method(Protocol):
 def method_label(method: Any) -> str:
     """Name and settings of a method or an averaging rule, such as ``rk45(rtol=1e-06)``; fields with repr only."""
     names = [f.name for f in fields(method) if f.repr]
-    settings = ", ".join(f"{name}={_format_setting(getattr(method, name))}" for name in names)
+    values = ((name, getattr(method, name)) for name in names)
+    settings = ", ".join(
+        f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}" for name, value in values
+    )
     return f"{method.name}({settings})" if settings else method.name
-
-
-def _format_setting(value: object) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)

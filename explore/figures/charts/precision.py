@@ -48,7 +48,8 @@ def scene_chart(rows: pd.DataFrame, title: str) -> Figure:
     axes = figure.subplots(2, len(errors), squeeze=False, sharey=True)
     for line, cost in zip(axes, _COSTS, strict=True):
         for panel, error in zip(line, errors, strict=True):
-            _draw_panel(panel, rows, _cost_of(error, cost), error)
+            # The cv is computed in a separate run over the stroke.
+            _draw_panel(panel, rows, f"cv_{cost}" if error == "cv_error" else cost, error)
             panel.set_xlabel(_COSTS[cost], fontsize=8)
     for panel, error in zip(axes[0], errors, strict=True):
         panel.set_title(_ERRORS[error], fontsize=9)
@@ -83,11 +84,6 @@ def _figure(lines: int, columns: int) -> Figure:
 
     size = (_PANEL[0] * columns + _FRAME[0], _PANEL[1] * lines + _FRAME[1])
     return Figure(figsize=size, layout="constrained")
-
-
-def _cost_of(error: str, cost: str) -> str:
-    """Column of the cost; the cv is computed in a separate run over the stroke."""
-    return f"cv_{cost}" if error == "cv_error" else cost
 
 
 def _draw_panel(panel: Axes, rows: pd.DataFrame, cost: str, error: str) -> None:

@@ -26,7 +26,9 @@ def draw_linkage(table: LinkageTable) -> Drawing | None:
     return Drawing(
         points=points,
         links=tuple(
-            Link(body.name, _outline(outer)) for body in table.links if len(outer := _ends_of_link(table, body)) > 1
+            Link(body.name, outer if len(outer) == 2 else (*outer, outer[0]))
+            for body in table.links
+            if len(outer := _ends_of_link(table, body)) > 1
         ),
         pivots=tuple(point for point in frame if len(table.bodies_at(point)) > 1),
         guides=tuple(guide for slot in table.slots if (guide := _guide(table, slot))),
@@ -42,11 +44,6 @@ def _ends_of_link(table: LinkageTable, body: Body) -> tuple[str, ...]:
     is_tube = len(body.points) == 1 and body.name not in {slide.link for slide in table.slides}
     pins = [slot.pin for slot in table.slots if slot.body == body.name] if is_tube else []
     return tuple(dict.fromkeys([*body.place_of, *pins]))
-
-
-def _outline(points: tuple[str, ...]) -> tuple[str, ...]:
-    """The points of a link, closed where there are three or more."""
-    return points if len(points) == 2 else (*points, points[0])
 
 
 def _fixed(place: Place) -> tuple[Vector, ...] | None:

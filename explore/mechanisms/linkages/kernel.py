@@ -80,7 +80,8 @@ def make_kernel(
     rows.add_parameters([*outputs, *rate[:2]])
     status = rows.count
     functions = [*_functions(equations), *squares]
-    of_nodes = {"check": _check_rows(equations, functions), "direct": _direction_rows(equations, links), "rate": rate}
+    directions = [term.terms[0] for link in links for term in equations.directions[link]]
+    of_nodes = {"check": _check_rows(equations, functions), "direct": directions, "rate": rate}
     for others in of_nodes.values():
         rows.add(others)
     parameters = {name: row for row, name in enumerate(parameter_names(equations.table), status + 1)}
@@ -134,11 +135,6 @@ def _check_rows(equations: Equations, functions: Sequence[Series]) -> list[Numbe
         *(function.terms[1] for function in functions),
         *(factor.size or zero for factor in equations.factors),
     ]
-
-
-def _direction_rows(equations: Equations, links: Sequence[str]) -> list[Number]:
-    """The rows that `directions` takes."""
-    return [term.terms[0] for link in links for term in equations.directions[link]]
 
 
 @dataclass(frozen=True)

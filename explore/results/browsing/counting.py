@@ -147,13 +147,12 @@ class _BinTable:
         """Counts of all designs, (bins,)."""
         counts = self._column.cells.counts
         if np.any(counts[self.bins == self._n_bins + 1]):
-            (sums,) = _add_up(self._index, [self.shape], lambda rows, sums: self.count(rows, _all_rows(rows), sums[0]))
+            (sums,) = _add_up(
+                self._index, [self.shape],
+                lambda rows, sums: self.count(rows, np.arange(rows.stop - rows.start, dtype=np.uint32), sums[0]),
+            )  # fmt: skip
             return np.asarray(sums.sum(axis=0)[:-2])
         return np.bincount(self.bins, counts, self._n_bins + 2)[:-2].astype(np.int64)
-
-
-def _all_rows(rows: slice) -> npt.NDArray[np.uint32]:
-    return np.arange(rows.stop - rows.start, dtype=np.uint32)
 
 
 class _Room(threading.local):

@@ -42,7 +42,8 @@ def new_results_file(
     """Yield the descriptor and layout of a new file for the caller to write the values; then sync and rename it."""
     memory_file = build_memory_file(columns, n_designs, block_size, attributes)
     with new_file(path, memory_file.size, replace=False) as temporary:
-        _check_free(path.parent, memory_file.size)
+        if memory_file.size > shutil.disk_usage(path.parent).free:  # said before reserving it fills the disk with zeros
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         descriptor = open_binary(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL)
         try:
             system_calls.reserve(descriptor, memory_file.size)
@@ -54,12 +55,6 @@ def new_results_file(
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
-
-
-def _check_free(folder: Path, size: int) -> None:
-    """Raise OSError if the disk has too little space, before reserving it fills the disk with zeros."""
-    if size > shutil.disk_usage(folder).free:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def _read_back(layout: Layout, columns: Sequence[Column], attributes: Mapping[str, Attribute]) -> None:

@@ -34,16 +34,11 @@ def other_study_error(path: Path, old: Mapping[str, Any], new: Mapping[str, Any]
     `old` and `new` describe the study of the file and the one to be swept. The text ``determines`` is compared key by
     key; hashes are not shown.
     """
-    changes = changed_keys(str(old.get("determines", "")), str(new.get("determines", "")))
+    changes = changed_values(*(_flatten(str(study.get("determines", ""))) for study in (old, new)))
     shown = ({key: value for key, value in study.items() if key not in _HIDDEN} for study in (old, new))
     changes += changed_values(*shown)
     lines = "".join(f"\n  {line}" for line in changes or ["its columns or blocks"])
     return ResultsError(f"{path} holds the results of another study; what changed:{lines}\n{_ADVICE}")
-
-
-def changed_keys(old: str, new: str) -> list[str]:
-    """Differences between two JSON texts: a line ``key: old -> new`` for each dotted key."""
-    return changed_values(_flatten(old), _flatten(new))
 
 
 def changed_values(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:

@@ -49,16 +49,12 @@ def _pack(source: Path, target: Path, report: _Report) -> None:
         if not words.all():
             raise ResultsError(f"{source} is not finished; run the sweep or refinement again to go on, then pack it")
         with exclusive_access(target):
-            _check_target(source, target)
+            if target.exists():
+                reason = "is the file to be packed" if target.samefile(source) else "exists already"
+                raise ResultsError(f"{target} {reason}; {NAME_ANOTHER_FILE}")
             with new_file(target, replace=False) as temporary:
                 _write(file, layout, words, temporary, report)
                 _read_back(temporary, layout, words, report)
-
-
-def _check_target(source: Path, target: Path) -> None:
-    if target.exists():
-        reason = "is the file to be packed" if target.samefile(source) else "exists already"
-        raise ResultsError(f"{target} {reason}; {NAME_ANOTHER_FILE}")
 
 
 def _run_in_thread(work: Callable[[threading.Event], None]) -> None:

@@ -30,11 +30,6 @@ def is_hdf5(path: Path) -> bool:
     return _begins(path, _HDF5)
 
 
-def is_journal(path: Path) -> bool:
-    """Whether the file has the signature of a journal; no other file is moved aside or removed."""
-    return _begins(path, JOURNAL, JOURNAL_1)
-
-
 def _begins(path: Path, *signatures: bytes) -> bool:
     if not path.is_file():
         return False
@@ -61,5 +56,5 @@ def check_journal(path: Path) -> None:
     """Raise `ResultsError` if another program's file has the name of the journal."""
     journal = journal_name(path)
     check_regular(journal)
-    if journal.exists() and not is_journal(journal):
+    if journal.exists() and not _begins(journal, JOURNAL, JOURNAL_1):
         raise ResultsError(f"{journal} is not a journal, so it is left alone; move it away, or {NAME_ANOTHER_FILE}")

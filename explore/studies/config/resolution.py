@@ -15,7 +15,6 @@ from explore.evaluation.derived import unavailable_metrics
 from explore.mechanisms.entry_points import DEFAULT_MECHANISM
 from explore.model.mechanism import Mechanism
 from explore.model.request import Objective, Request
-from explore.model.window import Window
 from explore.studies.config.designs import check_sampling, read_space, space_content
 from explore.studies.config.linkage import Linkage, read_linkage
 from explore.studies.config.points import key_of_coordinate, read_points
@@ -108,7 +107,8 @@ def resolve_study(
     if mechanism is None:
         return None
     method = sampling.method if sampling else ""
-    used = _not_noted(study.parameters, problems)
+    noted = {key for key, _ in problems}  # with the linkage
+    used = {name: entry for name, entry in study.parameters.items() if ("parameters", name) not in noted}
     mechanism, parameters = read_points(mechanism, study.points, used, method, problems)
     mechanism = add_target_section(mechanism, study.target, folder, problems)
     n_before = len(problems)
@@ -116,7 +116,8 @@ def resolve_study(
     space = read_space(mechanism, parameters, sampling, folder, problems, table_problems, asked)
     problems[n_before:] = [(key_of_coordinate(mechanism, key), reason) for key, reason in problems[n_before:]]
     has_nonzero = {axis.name: axis.has_nonzero for axis in space.axes} if space is not None else None
-    question = _question(mechanism, entries, has_nonzero, _prescribed_metric(space), problems)
+    prescribed = space.solved_length.metric.name if isinstance(space, SolvedSpace) else ""
+    question = _question(mechanism, entries, has_nonzero, prescribed, problems)
     if problems or table_problems or space is None:
         return None
     return question.of_designs(space, study_remarks(study, question.request, question.units), linkage)
@@ -149,12 +150,6 @@ def _linkage(study: StudyFile, folder: Path, problems: Problems, file_problems: 
     if study.linkage is not None and study.mechanism is not None:
         problems.append((("linkage",), f'needs mechanism = "{_BY_TABLE}", not {format_value(study.mechanism)}'))
     return None
-
-
-def _not_noted(entries: Mapping[str, Any], problems: Problems) -> dict[str, Any]:
-    """The entries of parameters without those that were noted with the linkage."""
-    noted = {key for key, _ in problems}
-    return {name: entry for name, entry in entries.items() if ("parameters", name) not in noted}
 
 
 def _mechanism(study: StudyFile, linkage: Linkage | None, *, has_key: bool, problems: Problems) -> Mechanism | None:
@@ -202,11 +197,6 @@ def _unavailable(request: Request, axes: Mapping[str, bool]) -> Problems:
         (keys.get(name, ("constraints", name)), reason)
         for name, reason in unavailable_metrics(request, lambda name: axes.get(name, bool(defaults[name])))
     ]
-
-
-def _prescribed_metric(space: DesignSpace | None) -> str:
-    """Name of the metric that is prescribed to solve for a length; empty when none is."""
-    return space.solved_length.metric.name if isinstance(space, SolvedSpace) else ""
 
 
 def _objectives(
@@ -257,12 +247,14 @@ def _reason_not_in_results(name: str, request: Request, axes: _Axes) -> str:
 
 def _identity(request: Request, space: DesignSpace, linkage: Linkage | None) -> str:
     """Everything that determines the columns, as JSON; equal for equal studies, however they are written."""
+    window = request.window
+    ends = {"from": float(window.start), "to": float(window.stop)}
     content = {
         "mechanism": request.mechanism.name,
         "kernel_version": request.mechanism.kernel_version,
         **space_content(space),
         "evaluate": {
-            "window": _window_content(request.window),
+            "window": ends if window.name == "interval" else window.name,
             "drive": request.drive or "none",
             "metrics": [metric.name for metric in request.metrics],
             "tolerance": request.tolerance,
@@ -279,11 +271,6 @@ def _identity(request: Request, space: DesignSpace, linkage: Linkage | None) -> 
     if request.formulas:
         content["formulas"] = {f.name: {"formula": f.long_name, "unit": f.unit} for f in request.formulas}
     return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
-
-
-def _window_content(window: Window) -> object:
-    ends = {"from": float(window.start), "to": float(window.stop)}
-    return ends if window.name == "interval" else window.name
 
 
 def add_target_section(
