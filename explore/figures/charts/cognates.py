@@ -113,7 +113,8 @@ def cognates_figure(
     own_angles = (np.array([angle]), *cognate_angles(linkage, np.array([angle])))
     for each, at, name, colour in zip(triple, own_angles, _NAMES, _COLOURS, strict=True):
         draw_linkage(panel, each, float(at[0]), colour=colour, label=_describe(name, each, unit), size=size)
-    _draw_ground(panel, linkage)
+    ground = _pivots(linkage)[[0, 1, 2, 0]]
+    panel.plot(ground.real, ground.imag, color=MUTED, lw=1.0, ls="--", zorder=1, label="ground of all three")
     point = complex(linkage.points(np.array([angle]))[0])
     panel.plot(point.real, point.imag, "o", color=INK, ms=7, zorder=6, label="the coupler point of all three")
     if target is not None:
@@ -142,12 +143,6 @@ def _pivots(linkage: FourBar) -> ComplexArray:
 def _extent(points: ComplexArray) -> float:
     """The larger side of the box of points."""
     return float(max(np.nanmax(points.real) - np.nanmin(points.real), np.nanmax(points.imag) - np.nanmin(points.imag)))
-
-
-def _draw_ground(panel: Axes, linkage: FourBar) -> None:
-    """Draw the triangle of the three pivots."""
-    pivots = _pivots(linkage)[[0, 1, 2, 0]]
-    panel.plot(pivots.real, pivots.imag, color=MUTED, lw=1.0, ls="--", zorder=1, label="ground of all three")
 
 
 def _draw_common_path(panel: Axes, paths: Sequence[ComplexArray]) -> None:

@@ -34,7 +34,7 @@ def coverage_chart(coverage: Coverage) -> Figure:
     table, curves = coverage.table, coverage.curves()
     for number, crank in enumerate(table["crank"]):
         curve = curves[curves["crank"] == crank]
-        lines.plot(curve["coupler"], curve["swing_angle"], color=_crank_colour(number), lw=1.8)
+        lines.plot(curve["coupler"], curve["swing_angle"], color=_COLOURS[number % len(_COLOURS)], lw=1.8)
     _draw_bars(bars, coverage)
     for start, end in coverage.gaps:
         for panel in (lines, bars):
@@ -58,7 +58,7 @@ def _draw_bars(panel: Axes, coverage: Coverage) -> None:
     for number, (low, high, overlap) in enumerate(table[["swing_min", "swing_max", "overlap"]].to_numpy(float)):
         if np.isnan(low):
             continue
-        panel.bar(number, high - low, bottom=low, width=0.7, color=_crank_colour(number))
+        panel.bar(number, high - low, bottom=low, width=0.7, color=_COLOURS[number % len(_COLOURS)])
         notes = [(high, 3, f"{low:.4g} to {high:.4g}", INK)]
         if overlap >= 0.0:
             notes.append((low, -12, f"overlap {overlap:.2g}", MUTED))
@@ -70,7 +70,3 @@ def _draw_bars(panel: Axes, coverage: Coverage) -> None:
     panel.set_xticks(range(len(table)), [f"{crank:g}" for crank in table["crank"]])
     panel.set_xlabel(f"crank length [{unit_text(coverage.units[0])}]")
     panel.margins(y=0.08)
-
-
-def _crank_colour(number: int) -> str:
-    return _COLOURS[number % len(_COLOURS)]

@@ -70,19 +70,14 @@ def joint_pareto_chart(results: Sequence[ResultsOrPath], *, x: str | None = None
     panel.set_xlabel(axis_label(columns[0]))
     panel.set_ylabel(axis_label(columns[1]))
     count = f"{joint.whole.tally.n_ranked:,} feasible designs of {len(sources)} results"
-    heading = [f"{len(front):,} Pareto-optimal of {count}", *_caveats(joint, short)]
+    incomplete = [short[name] for name, part in joint.parts.items() if part.is_incomplete]
+    missing = [f"{name} keeps only the Pareto set of its study: the best here may be missing" for name in incomplete]
+    heading = [f"{len(front):,} Pareto-optimal of {count}", *joint.caveats, *missing]
     figure.suptitle("\n".join(textwrap.fill(line, 100) for line in heading), fontsize=12, color=INK)
     legend = figure.legend(*panel.get_legend_handles_labels(), loc="outside lower left", frameon=False, fontsize=10)
     for handle in legend.get_lines():
         handle.set_markersize(max(handle.get_markersize(), LEGEND_MARK))
     return figure
-
-
-def _caveats(joint: JointRanking, short: Mapping[str, str]) -> list[str]:
-    """Sentences on what the results do not have in common, and on results that lack designs."""
-    incomplete = [short[name] for name, part in joint.parts.items() if part.is_incomplete]
-    sentences = [f"{name} keeps only the Pareto set of its study: the best here may be missing" for name in incomplete]
-    return [*joint.caveats, *sentences]
 
 
 def _shared_column(sources: Mapping[str, Results], name: str) -> Column:

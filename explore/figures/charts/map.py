@@ -21,7 +21,7 @@ from explore.results.queries import (
     varying_parameters,
     violations,
 )
-from explore.results.ranking.rankings import Ranking, rank_source
+from explore.results.ranking.rankings import rank_source
 from explore.results.store.open_results import ResultsOrPath, results_of
 from explore.results.store.results import Results
 
@@ -84,7 +84,8 @@ def map_chart(
     if min(frame[name].nunique() for name in names) < 2:
         raise RequestError(f"too few designs of {results.path} share {common}; leave out `design` to show all")
     axes = cell_axes(frame[names[0]].to_numpy(float), frame[names[1]].to_numpy(float))
-    sense = _better_side(results, ranking, shown)
+    senses = {o.metric: o.sense for o in (*ranking.objectives, ranking.order_by)}
+    sense = senses.get(shown.name) or results.senses.get(shown.name)
     values = frame[shown.name].to_numpy(float)
     usable = frame["feasible"].to_numpy(bool) & np.isfinite(values)
 
@@ -121,12 +122,6 @@ def _choose_parameters(results: Results, swept: list[str], x: str | None, y: str
     if names[0] == names[1]:
         raise RequestError(f"`x` and `y` are both '{names[0]}'; name two parameters")
     return names
-
-
-def _better_side(results: Results, ranking: Ranking, column: Column) -> Sense | None:
-    """The sense of a column in the study's ranking, else its declared one."""
-    senses = {o.metric: o.sense for o in (*ranking.objectives, ranking.order_by)}
-    return senses.get(column.name) or results.senses.get(column.name)
 
 
 def _draw_values(

@@ -11,7 +11,7 @@ from explore.figures.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE
 from explore.figures.charts.turn import TURN, label_marks, set_turn_axis
 from explore.figures.simulation import SimulatedDesign, simulate_design
 from explore.model.drawing import Panel
-from explore.model.output_slider import TRAVEL_PANEL, OutputSlider
+from explore.model.output_slider import TRAVEL_PANEL
 from explore.model.quantities import FloatArray, Signal
 from explore.results.labels import unit_text
 from explore.results.store.open_results import ResultsOrPath, results_of
@@ -124,18 +124,12 @@ def draw_panel(chart: Axes, simulated: SimulatedDesign, panel: Panel, colour: st
     shades_drive = simulated.drive is not None and panel == simulated.panels[0]
     if shades_drive:
         chart.fill_between([], [], color=MUTED, alpha=0.17, lw=0, label="drive stroke")
-    shades_dwell = simulated.slider is not None and panel == TRAVEL_PANEL
-    if simulated.slider is not None and shades_dwell:
-        shade_dwell(chart, simulated.slider)
-    if len(signals) > 1 or shades_drive or shades_dwell or panel.shows_mean:
-        _add_legend(chart, "", 2 if len(signals) > 3 else 1)
-
-
-def shade_dwell(chart: Axes, slider: OutputSlider) -> None:
-    """Shade the input angles of a dwell."""
-    for number, (start, stop) in enumerate(TURN.parts(slider.dwell)):
-        label = f"dwell, {slider.dwell[1] - slider.dwell[0]:.4g}°" if number == 0 else None
+    dwell = simulated.slider.dwell if simulated.slider and panel == TRAVEL_PANEL else None
+    for number, (start, stop) in enumerate(TURN.parts(dwell) if dwell else ()):
+        label = f"dwell, {dwell[1] - dwell[0]:.4g}°" if dwell and number == 0 else None
         chart.axvspan(start, stop, color=GREEN, alpha=0.2, lw=0, zorder=0, label=label)
+    if len(signals) > 1 or shades_drive or dwell or panel.shows_mean:
+        _add_legend(chart, "", 2 if len(signals) > 3 else 1)
 
 
 def _values(simulated: SimulatedDesign, signal: Signal) -> FloatArray:

@@ -164,14 +164,6 @@ def set_limits(panel: Axes, points: FloatArray, marked: FloatArray) -> None:
     panel.set_ylim(low[1] - margin[1], high[1] + margin[1])
 
 
-def _count_in_cells(
-    panel: Axes, points: FloatArray, shape: tuple[int, int]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Number of designs in each cell of the axes, shape (columns, rows), and the edges of the cells."""
-    counts, x, y = np.histogram2d(points[:, 0], points[:, 1], shape, [panel.get_xlim(), panel.get_ylim()])
-    return counts, x, y
-
-
 def _draw_infeasible(panel: Axes, points: FloatArray, violation: FloatArray) -> None:
     """Draw crosses; designs without values, most of which were not simulated, are only counted."""
     if len(points) == 0:
@@ -220,7 +212,7 @@ def _draw_feasible(figure: Figure, panel: Axes, points: FloatArray, ranking: Ran
         panel.plot(*points.T, ".", color=INK, ms=size, mew=0, ls="", zorder=2, rasterized=True)
         panel.plot([], [], ".", color=INK, ms=7, ls="", label=label)
         return
-    counts, x, y = _count_in_cells(panel, points, _DENSITY_CELLS)
+    counts, x, y = np.histogram2d(points[:, 0], points[:, 1], _DENSITY_CELLS, [panel.get_xlim(), panel.get_ylim()])
     ink = LinearSegmentedColormap.from_list("ink", ["#b9bfc6", INK])
     image = panel.pcolormesh(x, y, np.ma.masked_equal(counts.T, 0), cmap=ink, norm=LogNorm(1, counts.max()), zorder=2,
                              rasterized=True)  # fmt: skip

@@ -79,17 +79,13 @@ def save_figure(figure: Figure, path: Path) -> None:
 
     Raises `ResultsError` if the file cannot be written; no partial file stays.
     """
-    content = _content(figure, path.suffix.lower())  # matplotlib stumbles over a full disk
+    content = content_of(figure, path.suffix.lower())  # matplotlib stumbles over a full disk
     with new_output(path) as unfinished:
         unfinished.write_bytes(content)
 
 
-def figure_svg(figure: Figure) -> bytes:
-    """A figure as SVG; the same figure gives the same bytes."""
-    return _content(figure, ".svg")
-
-
-def _content(figure: Figure, ending: str) -> bytes:
+def content_of(figure: Figure, ending: str) -> bytes:
+    """What a file of a figure holds; the same figure gives the same bytes."""
     import matplotlib as mpl
 
     file = BytesIO()

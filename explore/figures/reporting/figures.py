@@ -31,7 +31,7 @@ def draw_figures(results: Results, design: int) -> tuple[DrawnFigure, ...]:
     from explore.figures.charts.burmester import burmester_chart
     from explore.figures.charts.cognates import cognates_chart
     from explore.figures.charts.dwell import dwell_chart
-    from explore.figures.charts.style import figure_svg
+    from explore.figures.charts.style import content_of
 
     names = {column.name for column in results.columns}
     path = results.target.path if results.target else None
@@ -46,7 +46,9 @@ def draw_figures(results: Results, design: int) -> tuple[DrawnFigure, ...]:
         if not is_drawn:
             continue
         try:
-            figures.append(DrawnFigure(f"{heading} of design {design}", figure_svg(chart(results, design=design))))
+            figures.append(
+                DrawnFigure(f"{heading} of design {design}", content_of(chart(results, design=design), ".svg"))
+            )
         except (MotionError, RequestError) as error:
             figures.append(DrawnFigure(f"{heading} of design {design}", reason=str(error)))
     return tuple(figures)
