@@ -244,11 +244,6 @@ def safe_margins(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
             "angles": angles,
             "smallest_accurate_margin": turning[accurate - 1]["margin"] if accurate else float("nan"),
             "verdict_below": turning[accurate]["verdict"] if accurate < len(turning) else "",
-            "worst_verdict": max((row["verdict"] for row in line), key=_severity),
+            "worst_verdict": max((row["verdict"] for row in line), key=[each.label for each in Verdict].index),
         })  # fmt: skip
     return margins
-
-
-def _severity(label: str) -> int:
-    """Rank of a verdict by its label."""
-    return next(verdict.value for verdict in Verdict if verdict.label == label)

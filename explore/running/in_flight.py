@@ -129,15 +129,10 @@ class BlocksInFlight:
             fetch.cancel()
 
     def _settle(self, number: int, result: Any, problem: Exception | None) -> None:
-        if problem is not None and _is_deadly(problem):
-            workers = problem.allowed_failures + 1  # type: ignore[attr-defined]  # dask has no types
+        from distributed.scheduler import KilledWorker
+
+        if isinstance(problem, KilledWorker):  # several workers died while they computed the block
+            workers = problem.allowed_failures + 1
             self._reject(number, f"KilledWorker: {workers} workers died while they computed it")
         elif self._attempts.settle(number, result, problem):
             self._start(number)
-
-
-def _is_deadly(problem: Exception) -> bool:
-    """Whether several workers died while they computed the block; it is not tried again."""
-    from distributed.scheduler import KilledWorker
-
-    return isinstance(problem, KilledWorker)

@@ -15,7 +15,7 @@ from explore.evaluation.evaluate import LARGEST_PARAMETER, SMALLEST_PARAMETER, e
 from explore.evaluation.windows import find_laws, window_ends
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import FloatArray, Signal
+from explore.model.quantities import FloatArray
 from explore.model.status import Status
 from explore.model.window import Window
 from explore.studies.request.names import make_window
@@ -50,7 +50,8 @@ def motion_interval(mechanism: Mechanism, columns: Arrays, input_angle: FloatArr
     if greatest - least >= whole[1] - whole[0]:
         raise MotionError(f"no {_WHOLE[limits is None]} to simulate: {sentence}")
     interval = _interval(mechanism, least, greatest)
-    if _moves_over(mechanism, columns, interval):
+    status = int(mechanism.evaluate_closed_form(_geometry(mechanism, columns), interval).status[0])
+    if status in mechanism.moving_statuses:
         return interval
     place = f"from {least:g} to {greatest:g} deg" if greatest > least else f"at {least:g} deg"
     raise MotionError(f"no motion {place}: {sentence}")
@@ -139,7 +140,11 @@ def motion_signals(
     filled = [
         signal
         for signal in mechanism.signals
-        if mechanism.fills(signal) or (_has_load(signal, inputs) and (has_stroke or not signal.needs_stroke))
+        if mechanism.fills(signal)
+        or (
+            (not signal.required_loads or any(inputs[name] != 0.0 for name in signal.required_loads))
+            and (has_stroke or not signal.needs_stroke)
+        )
     ]
     if _status(mechanism.kernel_of(filled), columns) != status:
         filled = [signal for signal in filled if not signal.depends_on_load]
@@ -157,10 +162,6 @@ def motion_signals(
             signals[signal.name] = values * (np.rad2deg(1.0) if signal.unit == "deg" else speed**signal.speed_power)
     left_out = [] if isinstance(solver, ClosedForm) else [s.name for s in filled if s.name not in signals]
     return signals, method_label(solver), tuple(left_out)
-
-
-def _has_load(signal: Signal, inputs: dict[str, float]) -> bool:
-    return not signal.required_loads or any(inputs[name] != 0.0 for name in signal.required_loads)
 
 
 def _closed_form(
@@ -235,12 +236,6 @@ def mark_angles(mechanism: Mechanism, columns: Arrays) -> dict[str, float]:
     offsets = {name: 2.0 * np.arctan(constants[row]) for name, row in mechanism.marks.items()}
     angles = {name: float(np.rad2deg(mechanism.anchor_angle + offset)) for name, offset in offsets.items()}
     return {name: angle for name, angle in angles.items() if np.isfinite(angle)}
-
-
-def _moves_over(mechanism: Mechanism, columns: Arrays, interval: Window) -> bool:
-    """Whether one design of a mechanism that takes an interval has a motion over it."""
-    status = int(mechanism.evaluate_closed_form(_geometry(mechanism, columns), interval).status[0])
-    return status in mechanism.moving_statuses
 
 
 def _status(mechanism: Mechanism, columns: Arrays) -> int:

@@ -50,7 +50,8 @@ def reach_path(points: ComplexArray, pivot: complex, sense: int) -> Followers:
     distances = np.abs(vectors)
     longest, shortest = float(distances.max()), float(distances.min())
     crank, side = (longest - shortest) / 2.0, (longest + shortest) / 2.0
-    if _winding(vectors):  # the pivot is inside
+    turned = np.angle(np.append(vectors[1:], vectors[0]) / vectors)
+    if round(float(turned.sum()) / (2.0 * np.pi)):  # the pivot is inside
         crank, side = side, crank
     with np.errstate(invalid="ignore"):
         cosine = (crank**2 + distances**2 - side**2) / (2.0 * crank * distances)
@@ -62,12 +63,6 @@ def reach_path(points: ComplexArray, pivot: complex, sense: int) -> Followers:
     crank_angles = np.angle(vectors) + signs * opening
     side_angles = np.angle(vectors - crank * np.exp(1j * crank_angles))
     return Followers(crank, side, crank_angles, side_angles)
-
-
-def _winding(vectors: ComplexArray) -> int:
-    """How often a closed curve winds about the origin."""
-    turned = np.angle(np.append(vectors[1:], vectors[0]) / vectors)
-    return round(float(turned.sum()) / (2.0 * np.pi))
 
 
 @dataclass(frozen=True)

@@ -34,10 +34,8 @@ def _power(a: arb, b: arb) -> arb | None:
     if b.is_exact() and b.is_integer():
         exponent = int(b.unique_fmpz())
         return a**exponent if exponent >= 0 or sure_sign(a) != 0 else None
-    return (b * a.log()).exp() if sure_sign(a) > 0 else _power_of_zero(a, b)
-
-
-def _power_of_zero(a: arb, b: arb) -> arb | None:
+    if sure_sign(a) > 0:
+        return (b * a.log()).exp()
     return arb(0) if a.is_zero() and sure_sign(b) > 0 else None
 
 

@@ -66,17 +66,7 @@ def burmester_chart(results: ResultsOrPath, *, design: int | None = None) -> Fig
 
     They are the poses of the task where the study has been made from four: see ``explore init --task motion``.
 
-    Parameters
-    ----------
-    results, design
-        As of `motion_chart`.
-
-    Raises
-    ------
-    MotionError, ResultsError
-        As `motion_chart`.
-    RequestError
-        As `motion_chart`, and if the study has no target of four points.
+    Parameters and errors are those of `motion_chart`, and `RequestError` if the study has no target of four points.
     """
     results = results_of(results)
     number = choose_design(results, design)

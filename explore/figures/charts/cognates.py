@@ -40,17 +40,8 @@ def cognates_chart(results: ResultsOrPath, *, design: int | None = None) -> Figu
     Every third dash of the path is computed from the same linkage. A study with several points is drawn with that
     of its target, or the first.
 
-    Parameters
-    ----------
-    results, design
-        As of `motion_chart`.
-
-    Raises
-    ------
-    MotionError, ResultsError
-        As `motion_chart`.
-    RequestError
-        As `motion_chart`, and if the mechanism is no four-bar with a point of its coupler, or that is a pin.
+    Parameters and errors are those of `motion_chart`, and `RequestError` if the mechanism is no four-bar with a point
+    of its coupler, or that is a pin.
     """
     simulated = simulate_design(results_of(results), design)
     scale = simulated.units.scale("mm")

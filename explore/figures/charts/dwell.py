@@ -20,17 +20,7 @@ if TYPE_CHECKING:
 def dwell_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
     """Draw the linkage of one design with its slider, beside the travel of the slider over the turn.
 
-    Parameters
-    ----------
-    results, design
-        As of `motion_chart`.
-
-    Raises
-    ------
-    MotionError, ResultsError
-        As `motion_chart`.
-    RequestError
-        As `motion_chart`, and if the results have no slider.
+    Parameters and errors are those of `motion_chart`, and `RequestError` if the results have no slider.
     """
     simulated = simulate_design(results_of(results), design)
     if simulated.slider is None:

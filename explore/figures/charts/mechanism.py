@@ -40,17 +40,7 @@ def mechanism_chart(results: ResultsOrPath, *, design: int | None = None) -> Fig
     Its limit positions, or those at the ends of a crank that does not turn fully, the paths of its points, and the
     drive stroke where the study uses it; without limit positions the mechanism at input angle 0.
 
-    Parameters
-    ----------
-    results, design
-        As of `motion_chart`.
-
-    Raises
-    ------
-    MotionError, ResultsError
-        As `motion_chart`.
-    RequestError
-        As `motion_chart`, and if the mechanism declares no drawing.
+    Parameters and errors are those of `motion_chart`, and `RequestError` if the mechanism declares no drawing.
     """
     return mechanism_figure(simulate_design(results_of(results), design))
 

@@ -32,17 +32,7 @@ def path_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
     Beside it, over the input angle: the distance of the path from the target, with the distances of the given points
     from the path, and the transmission angle.
 
-    Parameters
-    ----------
-    results, design
-        As of `motion_chart`.
-
-    Raises
-    ------
-    MotionError, ResultsError
-        As `motion_chart`.
-    RequestError
-        As `motion_chart`, and if the study has no target.
+    Parameters and errors are those of `motion_chart`, and `RequestError` if the study has no target.
     """
     simulated = simulate_design(results_of(results), design)
     return path_figure(simulated, target_of(simulated))

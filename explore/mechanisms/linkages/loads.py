@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from explore.base.units.quantities import unit_factor
-from explore.mechanisms.linkages.coordinate import Coordinate, Place
+from explore.mechanisms.linkages.coordinate import Coordinate
 from explore.mechanisms.linkages.curves import place_of_curve, value_of_curve
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import read_expression
@@ -81,7 +81,7 @@ class Loading:
         for mass in loads.masses:
             self._add_mass(mass)
         for force in loads.forces:
-            self._push(force.point, self._read_pair(force.force))
+            self._push(force.point, (self._read(force.force[0]), self._read(force.force[1])))
         for element in loads.elements:
             self._add_element(element)
 
@@ -106,9 +106,6 @@ class Loading:
 
     def _read(self, coordinate: Coordinate) -> Number:
         return read_expression(self._graph, coordinate, self.values)
-
-    def _read_pair(self, pair: Place) -> Local:
-        return self._read(pair[0]), self._read(pair[1])
 
     # inertia and forces at places
 

@@ -3,7 +3,6 @@
 import numpy as np
 
 from explore.mechanisms.sizing.arguments import Number, as_magnitude
-from explore.model.quantities import FloatArray
 
 
 def whip_moment(
@@ -34,7 +33,9 @@ def whip_moment(
     """
     a, b = np.asarray(acceleration_start, np.float64), np.asarray(acceleration_end, np.float64)
     x = np.asarray(position, np.float64)
-    return _mass_times_length(mass_per_length, length) * x * (1.0 - x) * (a * (2.0 - x) + b * (1.0 + x)) / 6.0
+    m, long = as_magnitude("mass_per_length", mass_per_length), as_magnitude("length", length)
+    # A kilogram times a millimetre per second squared is a thousandth of a newton.
+    return 1e-3 * m * long**2 * x * (1.0 - x) * (a * (2.0 - x) + b * (1.0 + x)) / 6.0
 
 
 def whip_moment_peak(
@@ -58,8 +59,3 @@ def whip_moment_peak(
     r = np.divide(smaller, larger, out=np.zeros(np.shape(larger)), where=larger != 0.0)
     x = (2.0 + r) / (3.0 + np.sqrt(3.0 * (1.0 + r + r**2)))
     return np.abs(whip_moment(mass_per_length, length, larger, smaller, x))
-
-
-def _mass_times_length(mass_per_length: Number, length: Number) -> FloatArray:
-    """Mass per length times length squared, in N mm per m/s^2."""
-    return 1e-3 * as_magnitude("mass_per_length", mass_per_length) * as_magnitude("length", length) ** 2

@@ -34,7 +34,10 @@ def build_index(results: Results, folder: Path, report: ReportShare) -> None:
     """
     if results.n_committed == 0:
         raise RequestError("the results hold no designs yet, so there is nothing to browse")
-    _check_space(results, folder)
+    # A value and the number of its cell have ten bytes.
+    needed, free = 10 * len(results.columns) * results.n_committed, shutil.disk_usage(folder.parent).free
+    if needed > free:
+        raise RequestError(f"the index needs {needed / 1e6:,.0f} MB of disk space, and {free / 1e6:,.0f} MB are free")
     identity = identify(results.path)
     names = [column.name for column in results.columns]
     step = -(-results.n_committed // _SAMPLE)
@@ -57,13 +60,6 @@ def build_index(results: Results, folder: Path, report: ReportShare) -> None:
         if identify(results.path) != identity:
             raise ResultsError("the results were changed while their index was made; make it again")
         write_facts(unfinished, identity, done, facts)
-
-
-def _check_space(results: Results, folder: Path) -> None:
-    """Refuse before anything is written: a value and the number of its cell have ten bytes."""
-    needed, free = 10 * len(results.columns) * results.n_committed, shutil.disk_usage(folder.parent).free
-    if needed > free:
-        raise RequestError(f"the index needs {needed / 1e6:,.0f} MB of disk space, and {free / 1e6:,.0f} MB are free")
 
 
 class _ColumnWriter:

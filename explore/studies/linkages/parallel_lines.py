@@ -23,7 +23,8 @@ def note_parallel_lines(table: LinkageTable, steps: Iterable[Step], problems: Pr
     for first, second in _pairs(steps):
         if carrier(first.body, table.slides) != carrier(second.body, table.slides):
             continue
-        if all(_are_parallel(_direction(table, first, values), _direction(table, second, values)) for values in trials):
+        pairs = [(_direction(table, first, values), _direction(table, second, values)) for values in trials]
+        if all(abs((a.conjugate() * b).imag) <= _PARALLEL * abs(a) * abs(b) for a, b in pairs):  # not if undefined
             slot = second if isinstance(second, Slot) else first
             other = second if slot is first else first
             reason = f"is parallel to {_words(other)} in all designs, so the two place no joint; turn one of them"
@@ -55,11 +56,6 @@ def _direction(table: LinkageTable, line: Slot | Slide, values: Mapping[str, flo
         for end in line.along
     )
     return end - start
-
-
-def _are_parallel(first: complex, second: complex) -> bool:
-    """Whether two directions are the same or opposite; not where one of them is undefined."""
-    return abs((first.conjugate() * second).imag) <= _PARALLEL * abs(first) * abs(second)
 
 
 def _words(line: Slot | Slide) -> str:
