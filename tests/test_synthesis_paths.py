@@ -18,7 +18,6 @@ from explore.synthesis.paths.numbers import (
     N_NUMBERS,
     close_shape,
     longer_and_shorter,
-    numbers_of,
     outward_slopes,
     place_and_slopes,
     place_at,
@@ -34,6 +33,18 @@ LINKAGE = FourBar(1 + 2j, 1 + 2j + 4 * np.exp(0.3j), 1.0, 3.5, 2.5, 0.6 + 0.7j, 
 
 def points_of(name):
     return np.array([complex(*pair) for pair in PROBLEMS[name]["points"]])
+
+
+def numbers_of(linkage):
+    """The numbers of a linkage whose crank turns, and whether its ground is longer than its crank."""
+    crank, coupler, rocker, ground = linkage.lengths
+    frame, point = linkage.rocker_pivot - linkage.crank_pivot, linkage.point * coupler
+    sides = np.array([ground - crank, ground + crank])
+    least, largest = np.arccos((coupler**2 + rocker**2 - sides**2) / (2 * coupler * rocker))
+    return np.array([
+        linkage.crank_pivot.real, linkage.crank_pivot.imag, np.angle(frame), np.log(coupler), np.log(rocker), least,
+        largest, point.real, point.imag, 0.0,
+    ]), ground >= crank  # fmt: skip
 
 
 def constants_of(numbers, is_ground_longer=True):

@@ -45,21 +45,15 @@ _OPTIONS = {
     "processes=True": "--processes",
     'keep="all"': "--keep all",
     'keep="front"': "--keep front",
-    "design": "--design",
     "designs": "--design",
     "tolerances": "--tolerance",
-    "x": "--x",
-    "y": "--y",
     "low": "--from",
     "high": "--to",
-    "start": "--start",
-    "stop": "--stop",
-    "host": "--host",
-    "port": "--port",
-    "public_url": "--public-url",
-    "certificate": "--certificate",
-    "key": "--key",
     "is_behind_proxy": "--behind-proxy",
+    **{
+        name: f"--{name.replace('_', '-')}"
+        for name in ("design", "x", "y", "start", "stop", "host", "port", "public_url", "certificate", "key")
+    },
 }
 
 

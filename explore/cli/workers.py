@@ -45,7 +45,6 @@ class WorkerOptions:
     workers: int | None
     processes: bool = False
     scheduler: str | None = None
-    verbose: bool = False
     quiet: bool = False
 
     def __post_init__(self) -> None:

@@ -108,14 +108,6 @@ def _bound_by_changes(
     return value, np.nan_to_num(total + _ROUNDING * np.abs(value), nan=np.inf)
 
 
-def has_required_parameters(request: Request, inputs: Arrays) -> npt.NDArray[np.bool_]:
-    """Whether each design has the load and the sizing parameters that the request needs, shape (n,)."""
-    has_all = np.ones(len(next(iter(inputs.values()))), dtype=np.bool_)
-    for parameters in required_parameters(request):
-        has_all &= has_any_of(parameters, inputs)
-    return has_all
-
-
 def has_any_of(parameters: tuple[str, ...], inputs: Arrays) -> npt.NDArray[np.bool_]:
     """Whether at least one of these parameters of each design is not 0, shape (n,)."""
     result: npt.NDArray[np.bool_] = np.any([inputs[name] != 0.0 for name in parameters], axis=0)

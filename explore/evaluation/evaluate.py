@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.evaluation import constraints
-from explore.evaluation.derived import derive, has_any_of, has_required_parameters
+from explore.evaluation.derived import derive, has_any_of, required_parameters
 from explore.evaluation.kinematics import evaluate_kinematics
 from explore.evaluation.loop_tables import statistics_tolerance
 from explore.model.columns import Arrays, Column
@@ -66,7 +66,9 @@ def output_columns(request: Request, parameters: Sequence[str]) -> tuple[Column,
     columns += [Column(p.name, p.unit, p.long_name, "parameter") for p in declared]
     columns += [_metric_column(metric) for metric in request.metrics]
     for constraint in request.constraints:
-        columns.append(margin_column(constraint.metric))
+        name, unit = constraint.metric.name, constraint.metric.unit
+        meaning = f"signed distance of {name} to its nearer bound, >= 0 when satisfied"
+        columns.append(Column(f"{name}_margin", unit, meaning, "margin"))
     return (
         *columns,
         Column("nodes", "1", "signal evaluations", "bookkeeping", "<i4"),
@@ -83,12 +85,6 @@ def _metric_column(metric: AnyMetric) -> Column:
     if labels:
         labels[-1] = "undefined"
     return Column(metric.name, metric.unit, metric.long_name, "metric", "|i1" if labels else "<f8", labels)
-
-
-def margin_column(metric: AnyMetric) -> Column:
-    """The column with the margins of a constraint on a metric."""
-    meaning = f"signed distance of {metric.name} to its nearer bound, >= 0 when satisfied"
-    return Column(f"{metric.name}_margin", metric.unit, meaning, "margin")
 
 
 def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
@@ -144,8 +140,8 @@ def _evaluate(request: Request, parameters: Arrays) -> Evaluation:
         error = np.maximum(error, bound)
         status[(status == Status.OK) & (error > request.tolerance)] = Status.TOLERANCE_NOT_MET
     if request.derived or _depends_on_load(request):
-        has_parameters = has_required_parameters(request, inputs)
-        status[~has_parameters & np.isin(status, (Status.OK, Status.TOLERANCE_NOT_MET))] = Status.NOT_GIVEN
+        lacks = ~np.all([has_any_of(names, inputs) for names in required_parameters(request)], axis=0)
+        status[lacks & np.isin(status, (Status.OK, Status.TOLERANCE_NOT_MET))] = Status.NOT_GIVEN
     status[~usable] = Status.NOT_FINITE
     bookkeeping: Arrays = {"nodes": kinematics.nodes.astype(np.int32), "error": error}
     return Evaluation(_assemble(request, parameters, values, bookkeeping, status, usable), kinematics.evaluations)

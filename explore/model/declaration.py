@@ -235,12 +235,6 @@ class Declaration:
         return frozenset((*self.metric_names(), *(signal.name for signal in self.signals)))
 
     @property
-    def closed_statistics(self) -> tuple[str, ...]:
-        """Closed-form metrics, of the design in any window, that a statistic over a window would have the name of."""
-        statistics = {f"{signal.name}_{statistic}" for signal in self.signals for statistic in signal.statistics}
-        return tuple(metric.name for metric in self.metrics if metric.name in statistics)
-
-    @property
     def declared_panels(self) -> tuple[Panel, ...]:
         """The panels, or one for each signal."""
         signals = (signal for signal in self.signals if not signal.only_in)

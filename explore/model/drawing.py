@@ -6,7 +6,7 @@ ground's vector plus the rocker's. Figures, the page of a report and exports rea
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -126,12 +126,6 @@ class Drawing:
     paths: tuple[Path, ...] = ()
     profiles: tuple[Profile, ...] = ()
     stroke_point: str = ""
-
-    @property
-    def all_vectors(self) -> Iterator[Vector]:
-        """The vectors of all points and profiles."""
-        for vectors in (*self.points.values(), *(profile.vectors for profile in self.profiles)):
-            yield from vectors
 
     def placed(self, x: float, y: float, degrees: float) -> Drawing:
         """The drawing turned about its origin, deg, which is then shifted to a place, mm."""

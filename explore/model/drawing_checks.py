@@ -1,6 +1,7 @@
 """Checks of a mechanism's drawing and panels: names that exist."""
 
 from collections.abc import Iterator
+from itertools import chain
 
 from explore.model.declaration import Declaration
 from explore.model.drawing import INPUT
@@ -20,7 +21,8 @@ def check_drawing(declaration: Declaration) -> Iterator[str]:
         return
     lengths = {p.name for p in declaration.parameters if p.unit == "mm"} | {s for s, u in signals.items() if u == "mm"}
     angles = {INPUT, *(name for name, unit in signals.items() if unit == "deg")}
-    for vector in drawing.all_vectors:
+    of_profiles = (profile.vectors for profile in drawing.profiles)
+    for vector in chain(*drawing.points.values(), *of_profiles):
         if isinstance(vector.length, str) and vector.length not in lengths:
             yield f"the drawing names the length '{vector.length}', which is no parameter or signal in mm"
         if isinstance(vector.angle, str) and vector.angle not in angles:

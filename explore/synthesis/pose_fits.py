@@ -3,16 +3,19 @@
 Poses are points with directions of the body, so that the search is that of paths, within all its bounds.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from explore.base.errors import RequestError
-from explore.model.quantities import FloatArray
-from explore.synthesis.functions import wrapped
-from explore.synthesis.linkages import FourBar
 from explore.synthesis.poses import Poses
+
+if TYPE_CHECKING:
+    from explore.synthesis.paths.search import PathSolution
 
 #: Least number of poses.
 _FEWEST = 5
@@ -39,36 +42,12 @@ class PoseBounds:
     is_ordered: bool = True
 
 
-@dataclass(frozen=True)
-class FittedPoses:
-    """A four-bar for poses, and how well it meets them.
-
-    Its coupler point is the point of the poses. Angle of the body from the coupler, and of the crank in the plane at
-    the poses, rad; distances of the point from its places, and angles of the body from those of the poses, rad, each
-    (n,).
-    """
-
-    linkage: FourBar
-    body_angle: float
-    angles: FloatArray
-    position_errors: FloatArray
-    angle_errors: FloatArray
-
-
-def measure_poses(linkage: FourBar, body_angle: float, poses: Poses, angles: FloatArray) -> FittedPoses:
-    """The errors of a linkage at crank angles, by simulation."""
-    pins, ends = linkage.crank_pins(angles), linkage.rocker_pins(angles)
-    places = pins + linkage.point * (ends - pins)
-    turned = wrapped(np.angle(ends - pins) + body_angle - poses.angles)
-    return FittedPoses(linkage, body_angle, angles, np.abs(places - poses.points), np.abs(turned))
-
-
 def lever_of(poses: Poses) -> float:
     """The length at whose end the body's angle counts as a distance: half the size of the poses' points."""
     return float(np.abs(poses.points - poses.points.mean()).max()) or 1.0
 
 
-def fit_poses(poses: Poses, bounds: PoseBounds | None = None, count: int = 20) -> list[FittedPoses]:
+def fit_poses(poses: Poses, bounds: PoseBounds | None = None, count: int = 20) -> list[PathSolution]:
     """Four-bars whose crank turns, of least errors within bounds, each a local optimum, best first.
 
     The sum of the squares of the distances of the points and of the body's angles times `lever_of` is least. Raises
@@ -93,7 +72,4 @@ def fit_poses(poses: Poses, bounds: PoseBounds | None = None, count: int = 20) -
         lever=lever_of(poses),
         is_ordered=within.is_ordered,
     )
-    return [
-        measure_poses(each.linkage, each.body_angle, poses, each.angles)
-        for each in find_paths(task, count, n_starts=_N_STARTS)
-    ]
+    return find_paths(task, count, n_starts=_N_STARTS)

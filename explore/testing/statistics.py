@@ -48,11 +48,6 @@ class _Deviation:
         allowed = self.bound * self.scale + self.uncertainty
         return 0.0 if self.error == 0.0 else self.error / allowed if allowed > 0.0 else np.inf
 
-    @property
-    def is_decisive(self) -> bool:
-        """Whether dense sampling is accurate enough to tell a wrong value."""
-        return self.uncertainty <= max(self.bound, _DECISIVE) * self.scale
-
 
 @dataclass(frozen=True)
 class _Dense:
@@ -60,10 +55,6 @@ class _Dense:
 
     values: Statistics
     errors: Statistics
-
-    def has_cv(self, tolerance: float) -> bool:
-        """Whether the mean is far enough from 0 for a cv."""
-        return bool(abs(self.values.mean) > 2.0 * _CV_LIMIT * tolerance * self.values.rms)
 
     def statistic(self, name: str) -> tuple[float, float, float]:
         """A statistic, the bound of its error, and the scale that errors of it are relative to."""
@@ -103,7 +94,8 @@ def wrong_statistics(subject: Subject) -> Iterator[str]:
     for window, drive in subject.windows():
         deviations = list(_deviations(subject, window, drive))
         compared += len(deviations)
-        decisive += sum(deviation.is_decisive for _, deviation in deviations)
+        # dense sampling is accurate enough to tell a wrong value
+        decisive += sum(each.uncertainty <= max(each.bound, _DECISIVE) * each.scale for _, each in deviations)
         worst: dict[str, _Deviation] = {}
         for signal, deviation in deviations:
             if signal not in worst or deviation.excess > worst[signal].excess:
@@ -163,7 +155,8 @@ def _measure(subject: Subject, design: int, limits: tuple[float, float]) -> tupl
 def _compare(name: str, statistic: str, result: Arrays, design: int, tolerance: float, dense: _Dense) -> _Deviation:
     expected, uncertainty, scale = dense.statistic(statistic)
     value, bound = float(result[name][design]), float(result["error"][design])
-    if statistic == "cv" and np.isnan(value) and not dense.has_cv(tolerance):
+    least = 2.0 * _CV_LIMIT * tolerance * dense.values.rms  # of means that are far enough from 0 for a cv
+    if statistic == "cv" and np.isnan(value) and not abs(dense.values.mean) > least:
         expected, error, uncertainty = value, 0.0, 0.0
     else:
         error = abs(value - expected) if np.isfinite(value) else np.inf

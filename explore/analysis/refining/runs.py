@@ -84,7 +84,6 @@ class _Run:
         self._environments = Environments(plan.study.request.mechanism.name, log)
         self._parts: dict[int, DesignSpace] = {}
         self._results: dict[int, Arrays] = {}
-        self._n_feasible = 0
 
     def compute(self, workers: Client | LocalThreads) -> None:
         """Compute the pending generations in order, and read the others."""

@@ -105,10 +105,6 @@ class TolerancedRequest:
         """The tolerances' `plus_minus`, (d,)."""
         return np.array([tolerance.plus_minus for tolerance in self.tolerances])
 
-    @property
-    def _is_uniform(self) -> BoolArray:
-        return np.array([tolerance.distribution == "uniform" for tolerance in self.tolerances])
-
     def draw(self, random: np.random.Generator, count: int) -> FloatArray:
         """Deviations of parts that are drawn at random, (d, count)."""
         deviations = np.empty((len(self.tolerances), count))
@@ -125,7 +121,7 @@ class TolerancedRequest:
     def deviations(self, normals: FloatArray) -> FloatArray:
         """Deviations whose standard normal scores are given, both (d, n)."""
         scaled = np.array([tolerance.std for tolerance in self.tolerances])[:, None] * normals
-        uniform = self._is_uniform
+        uniform = np.array([tolerance.distribution == "uniform" for tolerance in self.tolerances])
         scaled[uniform] = self.widths[uniform, None] * (2.0 * ndtr(normals[uniform]) - 1.0)
         return scaled
 

@@ -111,7 +111,8 @@ def _print_notes(mechanism: Mechanism) -> None:
     )
     say(f"STATISTIC is {', '.join(STATISTICS)}", data=True)
     say("min and max have the sign of the signal, peak is its largest magnitude", data=True)
-    for name in mechanism.closed_statistics:
+    statistics = {f"{signal.name}_{statistic}" for signal in mechanism.signals for statistic in signal.statistics}
+    for name in (metric.name for metric in mechanism.metrics if metric.name in statistics):
         say(
             f"{name} is a closed-form metric of the full turn; over a window it is, for example, "
             f"{name}_{mechanism.default_window}",

@@ -55,7 +55,7 @@ def refine(
     from explore.analysis.refining.runs import run_refinement
     from explore.results.store.open_results import open_results
 
-    work = WorkerOptions(workers, processes, scheduler, verbose, quiet)
+    work = WorkerOptions(workers, processes, scheduler, quiet)
     source = open_results(results)
     path = output or results.with_name(f"{results.stem}-refined.h5")
     check_output(path, (".h5",))

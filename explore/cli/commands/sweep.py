@@ -57,7 +57,7 @@ def sweep(
     """Compute every design of a study; run it again to continue an interrupted sweep."""
     from explore.studies.config import toml_text
 
-    work = WorkerOptions(workers, processes, scheduler, verbose, quiet)
+    work = WorkerOptions(workers, processes, scheduler, quiet)
     toml_text.read_text(str(config))  # reports a missing file before anything slow is imported
     from explore.studies.config.study_file import load_study
 

@@ -96,7 +96,8 @@ def _guide(table: LinkageTable, slot: Slot) -> Guide | None:
     """The guide of a pin in a slot of the frame whose direction is the same in all designs; None for others."""
     if slot.body != FRAME:
         return None
-    ends = [_terms_of_end(table, end) for end in slot.along]
+    places = [table.frame.place_of[end] if isinstance(end, str) else end for end in slot.along]
+    ends = [(_terms(x), _terms(y)) for x, y in places]
     if any(x is None or y is None for x, y in ends):
         return None
     (x0, y0), (x1, y1) = ends
@@ -105,13 +106,6 @@ def _guide(table: LinkageTable, slot: Slot) -> Guide | None:
     if any(set(each) - {1.0} for each in values):
         return None
     return Guide(slot.pin, math.degrees(math.atan2(values[1].get(1.0, 0.0), values[0].get(1.0, 0.0))))
-
-
-def _terms_of_end(
-    table: LinkageTable, end: str | Place
-) -> tuple[dict[str | float, float] | None, dict[str | float, float] | None]:
-    place = table.frame.place_of[end] if isinstance(end, str) else end
-    return _terms(place[0]), _terms(place[1])
 
 
 def free_points(table: LinkageTable) -> list[str]:

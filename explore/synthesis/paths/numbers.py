@@ -14,8 +14,6 @@ of the transmission angle is a bound of a number.
 
 import math
 
-import numpy as np
-
 from explore.base.subroutines import subroutine
 
 PIVOT_X, PIVOT_Y, FRAME, LOG_COUPLER, LOG_ROCKER, LEAST, LARGEST, ALONG, ACROSS, BODY = range(10)
@@ -143,24 +141,3 @@ def place_and_slopes(numbers, constants, branch, is_ground_longer, angle, slopes
     slopes[ACROSS] = turn * complex(-u.imag, u.real)
     by_angle = turn * complex(-pin.imag, pin.real) + lever * spin
     return complex(numbers[PIVOT_X], numbers[PIVOT_Y]) + whole, turn * u, by_angle, spin
-
-
-def numbers_of(linkage):
-    """The numbers of a `FourBar` whose crank turns, and whether its ground is longer than its crank."""
-    crank, coupler, rocker, ground = linkage.lengths
-    frame = linkage.rocker_pivot - linkage.crank_pivot
-    least = 2.0 * math.atan(math.sqrt(_half_tangent(coupler, rocker, abs(ground - crank))))
-    largest = 2.0 * math.atan(math.sqrt(_half_tangent(coupler, rocker, ground + crank)))
-    point = linkage.point * coupler
-    return np.array([
-        linkage.crank_pivot.real, linkage.crank_pivot.imag, math.atan2(frame.imag, frame.real), math.log(coupler),
-        math.log(rocker), least, largest, point.real, point.imag, 0.0,
-    ]), ground >= crank  # fmt: skip
-
-
-def _half_tangent(first, second, opposite):
-    """The square of the tangent of half the angle of a triangle between two sides."""
-    difference = first - second
-    return (
-        (opposite - difference) * (opposite + difference) / ((first + second - opposite) * (first + second + opposite))
-    )

@@ -1,7 +1,10 @@
 """Task "motion": four-bars whose coupler carries a body through poses."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,7 +18,7 @@ from explore.studies.request.pose_targets import read_poses
 from explore.synthesis import defects
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.guidance import Pairs, PivotBox, find_pairs
-from explore.synthesis.pose_fits import FittedPoses, PoseBounds, fit_poses
+from explore.synthesis.pose_fits import PoseBounds, fit_poses
 from explore.synthesis.poses import Poses
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
 from explore.synthesis.tasks.pivot_boxes import Box, pivot_bounds, read_box
@@ -29,6 +32,9 @@ from explore.synthesis.tasks.placed_four_bars import (
     passage_codes,
     read_passage,
 )
+
+if TYPE_CHECKING:
+    from explore.synthesis.paths.search import PathSolution
 
 #: Least number of poses.
 _FEWEST = 3
@@ -182,14 +188,14 @@ def _corners(box: Box) -> PivotBox:
     return PivotBox(complex(x, y), complex(right, top))
 
 
-def _fate(fitted: FittedPoses) -> str:
+def _fate(fitted: PathSolution) -> str:
     """Whether the crank takes the body through the poses in their order; the branch is one by construction."""
     steps = np.diff(fitted.angles)
     is_one_way = (steps >= 0.0).all() or (steps <= 0.0).all()
     return defects.PASSES if is_one_way and np.ptp(fitted.angles) < 2.0 * np.pi else defects.WRONG_ORDER
 
 
-def _candidates(found: Sequence[FittedPoses], fates: Sequence[str], tried: Sequence[str]) -> Candidates:
+def _candidates(found: Sequence[PathSolution], fates: Sequence[str], tried: Sequence[str]) -> Candidates:
     turned = np.array([each.body_angle for each in found])
     parameters = {
         **parameters_of([each.linkage for each in found]),
