@@ -57,6 +57,18 @@ def call(*arguments, seconds=PATIENCE):
     return code, out.getvalue(), err.getvalue()
 
 
+def assert_refused(reply, codes, *words):
+    """The exit code, or one of several, no output, and one line on stderr that contains all the words."""
+    code, out, err = reply
+    assert code in codes if isinstance(codes, tuple) else code == codes, err
+    assert out == ""
+    assert err.startswith("error: ")
+    assert err.count("\n") == 1, err
+    assert "should not have happened" not in err
+    for word in words:
+        assert word in err
+
+
 @contextlib.contextmanager
 def patience(seconds):
     """Fail instead of waiting forever."""

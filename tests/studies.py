@@ -22,6 +22,12 @@ ground = [691.7118, 720]
 """
 
 
+def with_parameter(name, value):
+    """GOOD with one parameter replaced or added, and the line it stands on."""
+    lines = [line for line in GOOD.splitlines() if not line.startswith(name + " ")]
+    return "\n".join([*lines, f"{name} = {value}"]) + "\n", len(lines) + 1
+
+
 def box(rest):
     """A study of crank-rockers around the published optimum, drawn from a Sobol' sequence, with the rest of it."""
     return f"""\
@@ -34,6 +40,23 @@ ground = {{ min = 50, max = 1000 }}
 [sampling]
 method = "sobol"
 {rest}"""
+
+
+def published_box(count):
+    """So many designs around the published optimum, ranked by what was optimised."""
+    return box(f"""\
+count = {count:_}
+seed = 1
+[evaluate]
+window = "drive"
+drive = "slow"
+metrics = ["mean_output_ratio", "cv"]
+[constraints]
+transmission_angle_min = {{ min = 30 }}
+transmission_angle_max = {{ max = 150 }}
+[rank]
+metrics = ["cv", "mean_output_ratio:max"]
+""")
 
 
 def grid(rest, num=16):

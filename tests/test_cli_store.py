@@ -6,7 +6,7 @@ from pathlib import Path
 
 import h5py
 import pytest
-from command_line import call, on_terminal, run
+from command_line import assert_refused, call, on_terminal, run
 from store_files import BLOCK, N_BLOCKS, N_DESIGNS, fill, flip, writer
 from studies import FEW
 from test_store_front import SOME, keep
@@ -157,11 +157,7 @@ def test_a_study_in_place_of_its_results_is_reported(in_results, command):
     Path("small.toml").write_text(FEW)
     Path("my other.toml").write_text(FEW)
     before = sorted(in_results.rglob("*"))
-
-    code, out, err = call(*command, "small.toml")
-    assert (code, out) == (1, "")
-    assert err == "error: small.toml is a study, not its results; did you mean results/small.h5?\n"
-    code, out, err = call(*command, "my other.toml")
-    assert (code, out) == (1, "")
-    assert err == "error: my other.toml is a study, not its results; sweep it first\n"
+    words = "is a study, not its results;"
+    assert_refused(call(*command, "small.toml"), 1, f"error: small.toml {words} did you mean results/small.h5?\n")
+    assert_refused(call(*command, "my other.toml"), 1, f"error: my other.toml {words} sweep it first\n")
     assert sorted(in_results.rglob("*")) == before

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from studies import GOOD
+from studies import GOOD, with_parameter
 
 import explore
 from explore.mechanisms.registry import MECHANISMS
@@ -15,12 +15,6 @@ from explore.studies.config.study_file import load_study, starter
 from explore.studies.designs.spaces import BLOCK_SIZE, ContinuousAxis, ListedAxis, SpacedAxis
 
 CONFIGS = Path(__file__).parent.parent / "configs"
-
-
-def with_parameter(name, value):
-    """GOOD with one parameter replaced or added, and the line it stands on."""
-    lines = [line for line in GOOD.splitlines() if not line.startswith(name + " ")]
-    return "\n".join([*lines, f"{name} = {value}"]) + "\n", len(lines) + 1
 
 
 EXAMPLE = """\

@@ -3,13 +3,7 @@
 import re
 
 import pytest
-from studies import GOOD
-
-
-def with_parameter(name, value):
-    """GOOD with one parameter replaced or added, and the line it stands on."""
-    lines = [line for line in GOOD.splitlines() if not line.startswith(name + " ")]
-    return "\n".join([*lines, f"{name} = {value}"]) + "\n", len(lines) + 1
+from studies import GOOD, with_parameter
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
-from command_line import call
+from command_line import assert_refused, call
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -237,19 +237,14 @@ def test_the_command_gives_json_and_takes_ranges_drawn_from(study):
 )  # fmt: skip
 def test_studies_without_a_coverage(study, old, new, message):
     study.write_text(STUDY.replace(old, new))
-    code, out, err = call("coverage", study)
-    assert (code, out) == (2, "")
-    assert err.startswith(f"error: rig.toml: {message}")
+    assert_refused(call("coverage", study), 2, f"error: rig.toml: {message}")
 
 
 def test_coverage_of_another_mechanism_says_what_there_is_instead(study):
     study.write_text('mechanism = "slider-crank"\n[parameters]\ncrank = [40, 50]\nrod = 200\n')
-    code, out, err = call("coverage", study)
-    assert (code, out) == (2, "")
-    assert err == (
-        "error: rig.toml: coverage is of linkages with crank, coupler, rocker and ground, not of slider-crank; "
-        "`explore sweep` and then `explore plot map` show what its ranges reach\n"
-    )
+    message = "coverage is of linkages with crank, coupler, rocker and ground, not of slider-crank; "
+    hint = "`explore sweep` and then `explore plot map` show what its ranges reach\n"
+    assert_refused(call("coverage", study), 2, f"error: rig.toml: {message}{hint}")
 
 
 def test_the_command_draws(study):
@@ -257,9 +252,8 @@ def test_the_command_draws(study):
     assert (code, err) == (0, "")
     assert out.splitlines()[-1] == "coverage.svg"
     assert Path("coverage.svg").read_text().startswith("<?xml")
-    code, out, err = call("coverage", study, "-o", "coverage.txt")
-    assert (code, out) == (2, "")
-    assert err == "error: -o coverage.txt: the name must end in .png, .svg or .pdf\n"
+    reply = call("coverage", study, "-o", "coverage.txt")
+    assert_refused(reply, 2, "error: -o coverage.txt: the name must end in .png, .svg or .pdf\n")
 
 
 def test_the_chart_shows_the_ranges_and_the_gaps():

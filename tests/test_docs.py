@@ -205,19 +205,16 @@ def test_formulas_of_sweeps_are_true(tmp_path, monkeypatch):
     assert (code, err.removeprefix("error: ")) == (2, section.split("```text\n")[1].split("```")[0])
 
 
-def test_test_rig_is_true(tmp_path, monkeypatch, capsys):
-    assert run_commands("test-rig.md", tmp_path, monkeypatch) == {"sweep", "rank", "coverage"}
-    run_page("test-rig.md", capsys)
-
-
-def test_slider_crank_is_true(tmp_path, monkeypatch, capsys):
-    assert run_commands("slider-crank.md", tmp_path, monkeypatch) == {"sweep", "rank"}
-    run_page("slider-crank.md", capsys)
-
-
-def test_points_are_true(tmp_path, monkeypatch, capsys):
-    assert run_commands("coupler-points.md", tmp_path, monkeypatch) == {"sweep", "rank"}
-    run_page("coupler-points.md", capsys)
+@pytest.mark.parametrize(("page", "commands"), [
+    ("test-rig.md", {"sweep", "rank", "coverage"}),
+    ("slider-crank.md", {"sweep", "rank"}),
+    ("coupler-points.md", {"sweep", "rank"}),
+    ("tune.md", {"tune"}),
+    ("sensitivity.md", {"sweep", "sensitivity"}),
+])  # fmt: skip
+def test_page_with_commands_is_true(tmp_path, monkeypatch, capsys, page, commands):
+    assert run_commands(page, tmp_path, monkeypatch) == commands
+    run_page(page, capsys)
 
 
 def test_tolerance_is_true(tmp_path, monkeypatch, capsys):
@@ -234,11 +231,6 @@ def test_tolerance_is_true(tmp_path, monkeypatch, capsys):
     run_page("tolerance.md", capsys)
 
 
-def test_tune_is_true(tmp_path, monkeypatch, capsys):
-    assert run_commands("tune.md", tmp_path, monkeypatch) == {"tune"}
-    run_page("tune.md", capsys)
-
-
 def test_certify_is_true(tmp_path, monkeypatch, capsys):
     page = (ROOT / "docs/certify.md").read_text(encoding="utf-8")
     (study,) = re.findall(r"^```toml\n# three-four-five.toml\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
@@ -250,11 +242,6 @@ def test_certify_is_true(tmp_path, monkeypatch, capsys):
     shown = page[page.index("certified designs\n", page.index("--design 0")) :]
     assert shown.startswith(out[out.index("certified designs\n") :])
     run_page("certify.md", capsys)
-
-
-def test_sensitivity_is_true(tmp_path, monkeypatch, capsys):
-    assert run_commands("sensitivity.md", tmp_path, monkeypatch) == {"sweep", "sensitivity"}
-    run_page("sensitivity.md", capsys)
 
 
 def test_export_is_true(tmp_path, monkeypatch, capsys):

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
-from command_line import call, run
+from command_line import assert_refused, call, run
 from PIL import Image
 from scipy.io import loadmat
 from studies import sweep_text
@@ -327,7 +327,4 @@ def test_the_command_takes_a_mechanism_with_units_and_points(tmp_path):
 )
 def test_bad_commands_give_one_line(words, message, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    code, out, err = call("export", *words.split())
-    assert (code, out) == (2 if "no results" not in message else 1, "")
-    assert message in err
-    assert len(err.strip().splitlines()) == 1
+    assert_refused(call("export", *words.split()), 2 if "no results" not in message else 1, message)

@@ -11,7 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from command_line import call
+from command_line import assert_refused, call
 from store_files import unseal
 from studies import GOOD
 
@@ -102,18 +102,6 @@ def sound(tmp_path_factory):
     path = folder / "sound.h5"
     explore.sweep(explore.load_study(folder / "study.toml"), path)
     return path
-
-
-def assert_refused(reply, code, *words):
-    """The exit code, no output, and one line on stderr that contains all the words."""
-    actual_code, out, err = reply
-    assert actual_code == code, err
-    assert out == ""
-    assert err.startswith("error: ")
-    assert err.count("\n") == 1, err
-    assert "should not have happened" not in err
-    for word in words:
-        assert word in err
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -6,24 +6,12 @@ import math
 import numpy as np
 import pytest
 from command_line import call
-from studies import box, sweep_text
+from studies import published_box, sweep_text
 
 import explore
 from explore.analysis.refining.polishing import polish
 
-STUDY = box("""\
-count = 4096
-seed = 1
-[evaluate]
-window = "drive"
-drive = "slow"
-metrics = ["mean_output_ratio", "cv"]
-[constraints]
-transmission_angle_min = { min = 30 }
-transmission_angle_max = { max = 150 }
-[rank]
-metrics = ["cv", "mean_output_ratio:max"]
-""")
+STUDY = published_box(4096)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from command_line import call
+from command_line import assert_refused, call
 from store_files import fill
 from studies import FEW, sweep_text
 
@@ -109,11 +109,7 @@ def test_bad_input_gives_an_error_of_one_line(in_results, arguments, message):
         file.attrs["determines"] = np.bytes_(b'{"evaluate": [1]}'.ljust(length))
     fill(in_results / "empty.h5", [])
     before = sorted(in_results.rglob("*"))
-    code, out, err = call("report", *arguments)
-    assert code in (1, 2)
-    assert out == ""
-    assert err.count("\n") == 1
-    assert err.startswith(f"error: {message}")
+    assert_refused(call("report", *arguments), (1, 2), f"error: {message}")
     assert sorted(in_results.rglob("*")) == before
 
 

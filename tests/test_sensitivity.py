@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from command_line import call, run
 from distributed import Client, LocalCluster
-from studies import box, sweep_text
+from studies import published_box, sweep_text
 
 import explore
 from explore.analysis.sensitivity.given_data import first_order
@@ -23,19 +23,7 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # SALib's imports are deprecated by their packages
     from SALib.analyze import sobol as salib
 
-STUDY = box("""\
-count = 65_536
-seed = 1
-[evaluate]
-window = "drive"
-drive = "slow"
-metrics = ["mean_output_ratio", "cv"]
-[constraints]
-transmission_angle_min = { min = 30 }
-transmission_angle_max = { max = 150 }
-[rank]
-metrics = ["cv", "mean_output_ratio:max"]
-""")
+STUDY = published_box(65_536)
 LIMITS = {"transmission_angle_min": {"min": 30}, "transmission_angle_max": {"max": 150}}
 #: Evaluations of the classical indices in tests of anything but their values.
 FEW = 6000
