@@ -13,9 +13,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: the workers 
 import pytest
 from damage_worker import Worker
 from store_files import fill
-from studies import FEW
+from studies import FEW, sweep_text
 
-import explore
 from explore.base.errors import ConfigError
 from explore.results.store.packing import pack
 from explore.studies.config.study_file import load_study
@@ -139,8 +138,7 @@ def packed_copy(packed, tmp_path) -> Path:
 def few(tmp_path_factory) -> Path:
     """Results of a small study, not to be changed."""
     folder = tmp_path_factory.mktemp("few")
-    (folder / "small.toml").write_text(FEW)
-    return explore.sweep(load_study(folder / "small.toml"), folder / "small.h5").path
+    return sweep_text(folder, FEW, "small").path
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from command_line import assert_refused, call
 from store_files import unseal
-from studies import GOOD
+from studies import GOOD, sweep_text
 
 import explore
 
@@ -98,10 +98,7 @@ def folder(tmp_path, monkeypatch):
 def sound(tmp_path_factory):
     """A finished sweep of one design."""
     folder = tmp_path_factory.mktemp("sound")
-    (folder / "study.toml").write_text(GOOD)
-    path = folder / "sound.h5"
-    explore.sweep(explore.load_study(folder / "study.toml"), path)
-    return path
+    return sweep_text(folder, GOOD, "sound").path
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -9,7 +9,7 @@ import pytest
 from command_line import assert_refused, call
 from damage_worker import Worker
 from store_files import N_BLOCKS, fill, still_pending, unseal, values, writer
-from studies import FEW, GOOD
+from studies import FEW, GOOD, sweep_text
 
 import explore
 from explore.base.errors import ConfigError, ResultsError
@@ -187,8 +187,7 @@ def test_studies_of_too_many_designs(tmp_path, command, old, new, message):
 @pytest.fixture(scope="module")
 def sound(tmp_path_factory):
     folder = tmp_path_factory.mktemp("sound")
-    (folder / "study.toml").write_text(FEW)
-    return explore.sweep(explore.load_study(folder / "study.toml"), folder / "sound.h5").path
+    return sweep_text(folder, FEW, "sound").path
 
 
 def stretched(sound, path, n_designs, words, block_size=65_536, **attributes):

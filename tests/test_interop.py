@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
+from studies import sweep_text
 
 import explore
 
@@ -31,9 +32,7 @@ transmission_angle_min = { min = 15 }
 def results_and_table(tmp_path_factory):
     """A results file, and the table that `explore` reads from it, with `feasible` as stored."""
     folder = tmp_path_factory.mktemp("results")
-    (folder / "study.toml").write_text(STUDY)
-    path = folder / "results.h5"
-    explore.sweep(explore.load_study(folder / "study.toml"), path)
+    path = sweep_text(folder, STUDY, "results").path
     frame = explore.read_results(path)
     assert frame["feasible"].dtype == bool
     frame = frame.astype({"feasible": "i1"})

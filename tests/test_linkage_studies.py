@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import run
+from studies import sweep_text
 
 import explore
 from explore.base.errors import ConfigError, RequestError, ResultsError
@@ -67,8 +68,7 @@ def folder(tmp_path):
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     folder = tmp_path_factory.mktemp("linkage")
-    (folder / "study.toml").write_text(STUDY)
-    return explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5", workers=1)
+    return sweep_text(folder, STUDY, workers=1)
 
 
 def problems_of(file):
@@ -160,9 +160,7 @@ explore.export(results, {str(tmp_path / "best.toml")!r}, design=4)
 
 def test_the_study_of_a_design_keeps_the_sides_of_joints(tmp_path):
     """A sketch would be too far from this design to tell them."""
-    text = STUDY.replace("r = [30, 20]", "r = [30, 2]")
-    (tmp_path / "study.toml").write_text(text)
-    swept = explore.sweep(explore.load_study(tmp_path / "study.toml"), tmp_path / "study.h5", workers=1)
+    swept = sweep_text(tmp_path, STUDY.replace("r = [30, 20]", "r = [30, 2]"), workers=1)
     explore.export(swept, tmp_path / "one.toml", design=3)
     assert explore.load_study(tmp_path / "one.toml").request.mechanism.name == swept.mechanism
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from studies import sweep_text
 
 import explore
 from explore.base.errors import ExploreError, RequestError
@@ -44,8 +45,7 @@ def results_of(tmp_path_factory):
             text = STUDY.format(**{**RANGES, **(SINGLE if count == 1 else {}), **changes})
             if count > 1:
                 text += f'[sampling]\nmethod = "sobol"\ncount = {count}\nseed = 3\n'
-            (folder / "study.toml").write_text(text)
-            cache[key] = explore.sweep(explore.load_study(folder / "study.toml"), folder / "study.h5")
+            cache[key] = sweep_text(folder, text)
         return cache[key]
 
     return sweep_study

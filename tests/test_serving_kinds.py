@@ -7,10 +7,9 @@ from dataclasses import replace
 import pytest
 from command_line import run
 from refinable import BASE, TASK
-from studies import FEW
+from studies import FEW, sweep_text
 from waiting import wait_until
 
-import explore
 from explore.base.errors import ConfigError, RequestError, ResultsError
 from explore.running.runs import Progress
 from explore.service.folder import Folder, State
@@ -30,8 +29,7 @@ PATH_TASK = task_starter("path")
 def base(tmp_path_factory):
     """The results of the study to refine."""
     folder = tmp_path_factory.mktemp("base")
-    (folder / "base.toml").write_text(BASE)
-    return explore.sweep(explore.load_study(folder / "base.toml"), folder / "base.h5").path
+    return sweep_text(folder, BASE, "base").path
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 from doors import DOORS
+from studies import sweep_text
 from test_fuzz_results import STUDY
 
 import explore
@@ -23,9 +24,7 @@ FLIPS = [4, pytest.param(400, marks=pytest.mark.slow)]
 def whole(tmp_path_factory, worker, request):
     """The path, the bytes and what each way hands out of a finished sweep of 36 designs, or of its packed copy."""
     folder = tmp_path_factory.mktemp("flips")
-    (folder / "study.toml").write_text(STUDY)
-    path = folder / "whole.h5"
-    explore.sweep(explore.load_study(folder / "study.toml"), path)
+    path = sweep_text(folder, STUDY, "whole").path
     if request.param == "packed":
         pack(path, folder / "packed.h5")
         path = folder / "packed.h5"

@@ -119,9 +119,11 @@ class Jobs:
         }
         with self._changed:
             if name in self._jobs:
+                names = (f"{name[:60]}-{number}" for number in range(2, len(self._jobs) + 3))
+                free = next(other for other in names if other not in self._jobs)
                 raise StateError(
                     f"there is a job {name} already ({self._jobs[name].state}); choose another name, such as "
-                    f"{self._free_name(name)}, or delete it first"
+                    f"{free}, or delete it first"
                 )
             waiting = sum(job.state == State.queued for job in self._jobs.values())
             if waiting >= self._limits.queue:
@@ -258,12 +260,6 @@ class Jobs:
 
     def _next_number(self) -> int:
         return 1 + max((job.number for job in self._jobs.values()), default=0)
-
-    def _free_name(self, name: str) -> str:
-        count = 2
-        while f"{name[:60]}-{count}" in self._jobs:
-            count += 1
-        return f"{name[:60]}-{count}"
 
     def _log(self, job: Job, event: str, **facts: Any) -> None:
         append_event(self._folder.log_path(job.name), event, facts)

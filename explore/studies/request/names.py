@@ -128,12 +128,6 @@ def _within(limits: Window, interval: Window) -> Window:
     raise RequestError("the interval from {} to {} deg leaves the range of the linkage, {} to {} deg".format(*ends))
 
 
-def closest_window(mechanism: Mechanism, name: object) -> Window:
-    """The window with the name closest to an unknown one, so that the metrics can still be checked."""
-    windows = _named_windows(mechanism)
-    return windows[closest_name(str(name), windows) or mechanism.default_window]
-
-
 def find_metric(
     mechanism: Mechanism, name: str, window: Window, formulas: Mapping[str, DerivedMetric] = _NO_FORMULAS
 ) -> AnyMetric:

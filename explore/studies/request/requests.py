@@ -7,7 +7,7 @@ from typing import Any
 
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.identity import Identity
-from explore.base.suggest import format_value, suggestion
+from explore.base.suggest import closest_name, format_value, suggestion
 from explore.base.units.quantities import quantity
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, DerivedMetric, GivenMetric, Metric, SampledMetric, Sense
@@ -15,7 +15,7 @@ from explore.model.request import Constraint, Objective, Request
 from explore.model.window import Window
 from explore.results.ranking.objectives import read_objective
 from explore.studies.request.formulas import resolve_formulas
-from explore.studies.request.names import closest_window, find_metric, make_window
+from explore.studies.request.names import find_metric, make_window
 
 #: Smallest and largest tolerance.
 TOLERANCES = (1e-13, 1e-4)
@@ -120,7 +120,8 @@ def _resolve(mechanism: Mechanism, arguments: RequestArguments) -> tuple[Request
         window = make_window(mechanism, arguments.window)
     except RequestError as error:
         problems.append((("window",), str(error)))
-        window = closest_window(mechanism, arguments.window)
+        closest = closest_name(str(arguments.window), [window.name for window in mechanism.named_windows])
+        window = mechanism.window(closest or mechanism.default_window)  # so that the metrics can still be checked
     drives, drive = mechanism.drives, mechanism.default_drive if arguments.drive is None else arguments.drive
     if drive not in (drives or ("",)):
         hint = suggestion(str(drive), drives) if drives else f"no window of {mechanism.in_words} depends on one"

@@ -196,8 +196,18 @@ def find_paths(task: PathTask, count: int = 10, n_starts: int = _N_NEAREST) -> l
         starts = placed_starts(task).best(n_starts)
     else:
         laid = task.starts(n_starts)
-        starts = _candidates_of(laid.rows(np.argsort(laid.errors, kind="stable")[:n_starts]))
-    candidates = improve(_task_of(task), starts, count)
+        laid = laid.rows(np.argsort(laid.errors, kind="stable")[:n_starts])
+        is_longer, numbers = laid.shapes[:, GROUND] >= laid.shapes[:, CRANK], numbers_of_starts(laid)
+        starts = Candidates(laid.branches, laid.senses, is_longer, numbers, laid.angles.copy(), laid.errors)
+    weights = np.ones(len(task.points)) if task.weights is None else np.ascontiguousarray(task.weights, dtype=float)
+    lower, upper = task.bounds()
+    shortest, longest = task.link_ratio_min * task.size, task.link_ratio_max * task.size
+    points = np.ascontiguousarray(task.points, dtype=np.complex128)
+    problem = Task(
+        points, weights, task.mode, lower, upper, float(task.span_min), shortest, longest, task.is_placed, task.limits,
+        task.directions, float(task.lever),
+    )  # fmt: skip
+    candidates = improve(problem, starts, count)
     found: list[PathSolution] = []
     for k in range(len(candidates.errors)):
         numbers, branch = candidates.numbers[k], float(candidates.branches[k])
@@ -260,24 +270,6 @@ def _corners(task: PathTask) -> tuple[FloatArray, FloatArray]:
     low = np.where(np.isfinite(lower), lower, np.minimum(places.min(axis=1) - margin, upper))
     high = np.where(np.isfinite(upper), upper, np.maximum(places.max(axis=1) + margin, lower))
     return low, high
-
-
-def _task_of(task: PathTask) -> Task:
-    weights = np.ones(len(task.points)) if task.weights is None else np.ascontiguousarray(task.weights, dtype=float)
-    lower, upper = task.bounds()
-    shortest, longest = task.link_ratio_min * task.size, task.link_ratio_max * task.size
-    points = np.ascontiguousarray(task.points, dtype=np.complex128)
-    return Task(
-        points, weights, task.mode, lower, upper, float(task.span_min), shortest, longest, task.is_placed, task.limits,
-        task.directions, float(task.lever),
-    )  # fmt: skip
-
-
-def _candidates_of(starts: Starts) -> Candidates:
-    is_longer = starts.shapes[:, GROUND] >= starts.shapes[:, CRANK]
-    return Candidates(
-        starts.branches, starts.senses, is_longer, numbers_of_starts(starts), starts.angles.copy(), starts.errors
-    )
 
 
 def numbers_of_starts(starts: Starts) -> FloatArray:
