@@ -53,3 +53,9 @@ class Window:
             if float(self.start) <= float(first + turn) and float(last + turn) <= float(self.stop):
                 return turn
         return None
+
+
+#: An explicit interval of a mechanism whose output need not rock.
+INTERVAL = Window(
+    "interval", "an explicit interval of crank angles, { from = 0, to = 90 }", "interval", needs_stroke=False
+)

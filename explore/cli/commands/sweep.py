@@ -29,7 +29,6 @@ from explore.cli.workers import (
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from explore.base.units.shown import ShownUnits
     from explore.running.runs import Summary
     from explore.studies.config.study import Study
 
@@ -77,29 +76,23 @@ def sweep(
             progress=progress, listener=EventPrinter(verbose=verbose),
         )  # fmt: skip
     _report(summary, study, keep, quiet=quiet)
-    if keep == KeepOption.all:
-        _report_changed_objectives(study, path)
-    _report_changed_units(study, path)
+    if path.exists():
+        _report_changes(study, path, keep)
     raise typer.Exit(3 if summary.failures else 0)
 
 
-def _report_changed_objectives(study: Study, path: Path) -> None:
-    """Print the command that ranks by the study's objectives if the results were made with others."""
-    from explore import open_results
-
-    objectives = [f"{objective.metric}:{objective.sense}" for objective in study.objectives]
-    if open_results(path).objectives != tuple(objectives):
-        options = [word for objective in objectives for word in ("--metric", objective)]
-        command = shlex.join(["explore", "rank", str(path), *options])
-        say(f"[rank] differs from the one that {path} was made with; to rank by it: {command}")
-
-
-def _report_changed_units(study: Study, path: Path) -> None:
-    """Print the option that shows the results in the study's units if they were made with others."""
+def _report_changes(study: Study, path: Path, keep: KeepOption) -> None:
+    """Print what shows the results by the study's objectives and in its units, if they were made with others."""
     from explore import open_results
     from explore.results.store.study_units import units_of_study
 
-    if path.exists() and study.units.units != units_of_study(open_results(path)):
+    results = open_results(path)
+    objectives = [f"{objective.metric}:{objective.sense}" for objective in study.objectives]
+    if keep == KeepOption.all and results.objectives != tuple(objectives):
+        options = [word for objective in objectives for word in ("--metric", objective)]
+        command = shlex.join(["explore", "rank", str(path), *options])
+        say(f"[rank] differs from the one that {path} was made with; to rank by it: {command}")
+    if study.units.units != units_of_study(results):
         units = [f"{name}={unit}" for name, unit in study.units.units.items()] or ["declared"]
         option = shlex.join(word for unit in units for word in ("--units", unit))
         say(f"[units] differs from the one that {path} was made with; to show it in these units: {option}")
@@ -115,26 +108,16 @@ def _report(summary: Summary, study: Study, keep: KeepOption, *, quiet: bool) ->
     say_computed(summary, f"; {count_of(summary.kinematic_evaluations, 'kinematic evaluation')}")
     if not summary.n_computed and not summary.failures:
         return
-    _report_unreachable(summary.path, study)
-    _report_nearest(summary, study.units)
-
-
-def _report_nearest(summary: Summary, units: ShownUnits) -> None:
-    """Say which designs are nearest to feasible if few are; a resumed sweep counts only those that it computed."""
     from explore import open_results
     from explore.results.ranking.nearest import is_little
-
-    if not summary.n_resumed and is_little(summary.n_feasible, summary.n_computed):
-        summarise_nearest(open_results(summary.path).in_units(units), with_unmeasured=True)
-
-
-def _report_unreachable(path: Path, study: Study) -> None:
-    from explore import open_results
     from explore.studies.designs.solved_lengths import SolvedSpace
 
+    results = open_results(summary.path).in_units(study.units)
     if isinstance(study.space, SolvedSpace):
-        results = open_results(path).in_units(study.units)
         explain_unreachable(results, study.space.solved_length, study.units)
+    # A resumed sweep counts only those that it computed.
+    if not summary.n_resumed and is_little(summary.n_feasible, summary.n_computed):
+        summarise_nearest(results, with_unmeasured=True)
 
 
 def _print_plan(study: Study, path: Path, *, keep: str, workers: int | None, on_cluster: bool) -> None:

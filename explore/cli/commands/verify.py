@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
@@ -22,54 +21,44 @@ _MOST_LISTED = 20
 
 def verify(results: ResultsArgument = None, as_json: JsonOption = False) -> None:
     """Check every committed block of a results file against its checksum."""
-    raise typer.Exit(_verify(results or newest_results(), as_json=as_json))
-
-
-def _verify(path: Path, *, as_json: bool) -> int:
-    """Check a results file, print its blocks and designs, and return the exit code."""
     from explore import open_results
 
-    results = open_results(path)
+    source = open_results(results or newest_results())
     with block_bar("checking") as progress:
-        damaged = results.verify(progress)
-    committed = sorted({*results.committed_blocks, *damaged})
-    statuses = results.count_statuses(sorted({*results.committed_blocks} - {*damaged}))
+        damaged = source.verify(progress)
+    committed = sorted({*source.committed_blocks, *damaged})
+    statuses = source.count_statuses(sorted({*source.committed_blocks} - {*damaged}))
+    blocks = {number: source.row_range(number) for number in damaged}
     if as_json:
         print_json(
             {
-                "path": str(results.path),
+                "path": str(source.path),
                 "sound": not damaged,
-                "complete": results.is_complete,
-                "keep": results.keep,
-                "studied": results.n_studied,
-                "designs": results.n_designs,
-                "committed": results.n_committed,
-                "blocks": results.n_blocks,
+                "complete": source.is_complete,
+                "keep": source.keep,
+                "studied": source.n_studied,
+                "designs": source.n_designs,
+                "committed": source.n_committed,
+                "blocks": source.n_blocks,
                 "committed_blocks": len(committed),
-                "pending_blocks": results.n_blocks - len(committed),
-                "damaged_blocks": [
-                    {"block": number, "first_row": start, "last_row": stop - 1}
-                    for number in damaged
-                    for start, stop in [results.row_range(number)]
-                ],
+                "pending_blocks": source.n_blocks - len(committed),
+                "damaged_blocks": [{"block": n, "first_row": a, "last_row": b - 1} for n, (a, b) in blocks.items()],
                 "counts": statuses,
             }
         )
-        return 1 if damaged else 0
-    say(
-        f"{results.path}: {count_of(len(committed), 'block')} committed, "
-        f"{results.n_blocks - len(committed):,} pending, {len(damaged):,} damaged; "
-        f"{count_of(results.n_committed, 'design')}",
-        data=True,
-    )
-    title = (
-        ("designs" if results.keep == "all" else "kept designs")
-        + " by status"
-        + (", damaged blocks left out" if damaged else "")
-    )
-    print_table(title, [("status", ""), ("designs", "")], [[label, f"{n:,}"] for label, n in statuses.items()])
-    _conclude(results, damaged)
-    return 1 if damaged else 0
+    else:
+        say(
+            f"{source.path}: {count_of(len(committed), 'block')} committed, "
+            f"{source.n_blocks - len(committed):,} pending, {len(damaged):,} damaged; "
+            f"{count_of(source.n_committed, 'design')}",
+            data=True,
+        )
+        title = f"{'designs' if source.keep == 'all' else 'kept designs'} by status"
+        rows = [[label, f"{n:,}"] for label, n in statuses.items()]
+        print_table(title + ", damaged blocks left out" * bool(damaged), [("status", ""), ("designs", "")], rows)
+        _conclude(source, damaged)
+    if damaged:
+        raise typer.Exit(1)
 
 
 def _conclude(results: Results, damaged: list[int]) -> None:

@@ -20,7 +20,7 @@ from explore.model.mechanism import Mechanism
 from explore.model.points import FloatingLink
 from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Parameter, Signal
-from explore.model.window import Window
+from explore.model.window import INTERVAL, Window
 
 _VELOCITY_SIGNALS = tuple(
     Signal(
@@ -160,12 +160,7 @@ _EXTENDED = Mechanism(
         Window(_STROKES[0], "from coupler over crank to coupler in line with it", "arc", ("overlapped", "extended")),
         Window(_STROKES[1], "from coupler in line with crank to coupler over it", "arc", ("extended", "overlapped")),
         Window("clutch", "the output of `phases` linkages through one-way clutches", "clutch"),
-        Window(
-            "interval",
-            "an explicit interval of crank angles, { from = 0, to = 90 }",
-            "interval",
-            needs_stroke=False,
-        ),
+        INTERVAL,
     ),
     strokes=_STROKES,
     drives=("slow", "fast", *_STROKES),

@@ -35,22 +35,19 @@ from explore.model.declaration import INTERVAL_ROWS, own_row
 from explore.model.mechanism import Mechanism
 from explore.model.quadrature import Located
 from explore.model.quantities import Parameter, Signal
-from explore.model.window import Window
+from explore.model.window import INTERVAL, Window
 
 #: Version of the equations and of what follows from them; raised when a number changes.
 _VERSION = "17"
 
 _STROKES = ("forward", "backward")
-_INTERVAL = Window(
-    "interval", "an explicit interval of crank angles, { from = 0, to = 90 }", "interval", needs_stroke=False
-)
 _WINDOWS = (
     Window("cycle", "the full turn", "turn", needs_stroke=False),
     Window("drive", "the stroke that works (setting `drive`)", "drive"),
     Window("return", "the other stroke", "return"),
     Window(_STROKES[0], "from the output's least place or angle to its greatest", "arc", ("least", "greatest")),
     Window(_STROKES[1], "from the output's greatest place or angle to its least", "arc", ("greatest", "least")),
-    _INTERVAL,
+    INTERVAL,
 )
 #: Largest number of mechanisms of tables, and of kernels of them, that are kept.
 _MOST_KEPT = 256
@@ -145,7 +142,7 @@ def _declare(
     output, change = f"{mover}_velocity{axis}", f"{mover}_acceleration{axis}"
     rate = _rate_of(equations, output, change, links) if needs_stroke else ()
     kernel = make_kernel(equations, outputs, links, joints, rate, squares, tells_reach=tells_reach)
-    windows = (_range(*table.limits), _INTERVAL) if table.limits else _WINDOWS
+    windows = (_range(*table.limits), INTERVAL) if table.limits else _WINDOWS
     turns = windows is _WINDOWS
     formulas = declare_formulas(table, signals, mover, axis, windows[0].name)
     defaults = [f"{output}_rms", f"{output}_peak", f"{change}_peak"]
