@@ -48,7 +48,8 @@ class _Search:
         signs = (1, -1) if self.task.dead_angle else (1,)
         families = [Family(self.task, sign) for sign in signs]
         ranges = self._ranges(families, self.bounds.angle, self.bounds.link_ratio_max)
-        tried = [f"searched {'both families' if len(families) > 1 else 'the family'} of {self._asked}"]
+        asked = f"swing {np.degrees(self.task.swing):g} deg and time ratio {self.task.time_ratio:g}"
+        tried = [f"searched {'both families' if len(families) > 1 else 'the family'} of crank-rockers of {asked}"]
         if not ranges:
             ranges, reason = self._nearest(families)
             tried.append(reason)
@@ -70,10 +71,6 @@ class _Search:
             tried=tuple(tried),
             sentences=_SENTENCES,
         )
-
-    @property
-    def _asked(self) -> str:
-        return f"crank-rockers of swing {np.degrees(self.task.swing):g} deg and time ratio {self.task.time_ratio:g}"
 
     def _ranges(self, families: list[Family], angle: float, ratio: float) -> list[_Range]:
         """The ranges of the families with these bounds on the transmission angle, rad, and on the ratio of links."""

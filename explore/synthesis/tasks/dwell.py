@@ -14,9 +14,8 @@ from explore.synthesis.dwell_fitting import DwellTask
 from explore.synthesis.dwell_search import N_DRAWN, N_STARTS, find_dwells
 from explore.synthesis.dwells import Dwell
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
-from explore.synthesis.tasks.placed_four_bars import FORMULAS, LENGTHS, FourBarBounds
+from explore.synthesis.tasks.placed_four_bars import FORMULAS, LENGTHS, POINT, FourBarBounds
 
-POINT = "M"
 _MOST_CANDIDATES = 100
 #: Share by which the search stays within the bounds on the slider, which it measures at fewer angles.
 _WITHIN = 1e-3

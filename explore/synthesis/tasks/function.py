@@ -83,11 +83,12 @@ class _Search:
                 tried.append(f"at the given starts: {error}")
         if not found:
             raise RequestError("; ".join(tried))
-        lengths = np.array([_lengths(each.generator) for each in found])
+        generators = [each.generator for each in found]
+        lengths = np.array([(abs(each.crank), each.coupler, abs(each.rocker), 1.0) for each in generators])
         starts = np.degrees(wrapped(np.array([(each.input_start, each.output_start) for each in found])))
         parameters = {name: self.ground * lengths[:, k] for k, name in enumerate(LENGTHS)}
         # The branch of `output_angles` counts from the rocker's pivot, that of the mechanism from the crank's pin.
-        parameters["branch"] = np.array([-float(each.generator.branch) for each in found])
+        parameters["branch"] = np.array([-float(each.branch) for each in generators])
         parameters |= {name: starts[:, k] for k, name in enumerate(_STARTS)}
         return Candidates(
             parameters=parameters,
@@ -148,10 +149,6 @@ def _nearer_branch(generator: FourBarGenerator, inputs: Any, outputs: Any) -> Fo
     """The generator on the branch that has these outputs."""
     both = [FourBarGenerator(generator.crank, generator.coupler, generator.rocker, branch) for branch in (1, -1)]
     return min(both, key=lambda each: float(np.nanmean(np.abs(wrapped(each.outputs(inputs) - outputs)))))
-
-
-def _lengths(generator: FourBarGenerator) -> tuple[float, float, float, float]:
-    return abs(generator.crank), generator.coupler, abs(generator.rocker), 1.0
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:

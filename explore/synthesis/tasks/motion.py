@@ -1,10 +1,7 @@
 """Task "motion": four-bars whose coupler carries a body through poses."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,9 +29,6 @@ from explore.synthesis.tasks.placed_four_bars import (
     passage_codes,
     read_passage,
 )
-
-if TYPE_CHECKING:
-    from explore.synthesis.paths.search import PathSolution
 
 #: Least number of poses.
 _FEWEST = 3
@@ -103,8 +97,18 @@ class _Search:
         tried = (
             f"searched four-bars whose crank turns, with {words}, of least errors over {len(self.poses.points)} poses"
         )
-        candidates = _candidates(found, [_fate(each) for each in found], [f"{tried}: {len(found)} local optima"])
-        return replace(candidates, most=self.count)
+        turned = np.exp(1j * np.array([each.body_angle for each in found]))
+        return Candidates(
+            parameters=parameters_of([each.linkage for each in found]) | {"body_angle": np.degrees(np.angle(turned))},
+            added=_ADDED,
+            values={
+                "solution": np.arange(1, len(found) + 1),
+                "passage": passage_codes([_fate(each.angles) for each in found]),
+            },
+            tried=(f"{tried}: {len(found)} local optima",),
+            sentences=_SENTENCES,
+            most=self.count,
+        )
 
     def _find_exact(self) -> Candidates:
         n, length_max = len(self.poses.points), self.size_ratio_max * self.size
@@ -188,21 +192,11 @@ def _corners(box: Box) -> PivotBox:
     return PivotBox(complex(x, y), complex(right, top))
 
 
-def _fate(fitted: PathSolution) -> str:
+def _fate(angles: FloatArray) -> str:
     """Whether the crank takes the body through the poses in their order; the branch is one by construction."""
-    steps = np.diff(fitted.angles)
+    steps = np.diff(angles)
     is_one_way = (steps >= 0.0).all() or (steps <= 0.0).all()
-    return defects.PASSES if is_one_way and np.ptp(fitted.angles) < 2.0 * np.pi else defects.WRONG_ORDER
-
-
-def _candidates(found: Sequence[PathSolution], fates: Sequence[str], tried: Sequence[str]) -> Candidates:
-    turned = np.array([each.body_angle for each in found])
-    parameters = {
-        **parameters_of([each.linkage for each in found]),
-        "body_angle": np.degrees(np.angle(np.exp(1j * turned))),
-    }
-    values: Arrays = {"solution": np.arange(1, len(found) + 1), "passage": passage_codes(fates)}
-    return Candidates(parameters, _ADDED, values, tuple(tried), _SENTENCES)
+    return defects.PASSES if is_one_way and np.ptp(angles) < 2.0 * np.pi else defects.WRONG_ORDER
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:

@@ -54,11 +54,9 @@ def read_box(bounds: SectionReader, name: str) -> Box:
             bounds.note(name, f"unknown key; a pivot has x and y, such as {example}", axis)
             continue
         try:
-            low, high = _range(given)
+            box[axis] = _range(given)
         except RequestError as error:
             bounds.note(name, str(error), axis)
-            continue
-        box[axis] = (low, high)
     return box
 
 

@@ -12,6 +12,7 @@ from explore.model.columns import Arrays, Column
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.defects import PASSES, SENTENCES
 from explore.synthesis.linkages import FourBar
+from explore.synthesis.slider_cranks import SliderCrank
 from explore.synthesis.tasks.sections import SectionReader
 
 LENGTHS = ("crank", "coupler", "rocker", "ground")
@@ -99,14 +100,22 @@ def read_passage(bounds: SectionReader) -> Mapping[str, Mapping[str, float]]:
 
 def parameters_of(linkages: Sequence[FourBar]) -> Arrays:
     """The values of `PARAMETERS` by name, each of shape (n,)."""
-    arms = [linkage.point * linkage.coupler for linkage in linkages]
-    columns = {
-        **{name: [getattr(linkage, name) for linkage in linkages] for name in (*LENGTHS, "branch")},
+    grounds = np.array([each.rocker_pivot - each.crank_pivot for each in linkages])
+    return placed(linkages, (*LENGTHS, "branch"), [each.coupler for each in linkages], np.degrees(np.angle(grounds)))
+
+
+def placed(
+    linkages: Sequence[FourBar | SliderCrank], names: Sequence[str], links: Sequence[float], angles: npt.ArrayLike
+) -> Arrays:
+    """Columns of these names, of the point on links of these lengths, of the crank's pivot and the ground's angles."""
+    arms = [linkage.point * link for linkage, link in zip(linkages, links, strict=True)]
+    columns: dict[str, npt.ArrayLike] = {
+        **{name: [getattr(linkage, name) for linkage in linkages] for name in names},
         f"{POINT}_along": [arm.real for arm in arms],
         f"{POINT}_across": [arm.imag for arm in arms],
         "crank_pivot_x": [linkage.crank_pivot.real for linkage in linkages],
         "crank_pivot_y": [linkage.crank_pivot.imag for linkage in linkages],
-        "ground_angle": [float(np.degrees(np.angle(each.rocker_pivot - each.crank_pivot))) for each in linkages],
+        "ground_angle": angles,
     }
     return {name: np.array(column, dtype=np.float64) for name, column in columns.items()}
 

@@ -19,8 +19,8 @@ from explore.synthesis.slider_paths import closed_spline, find_guide, reach_path
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
 from explore.synthesis.tasks.path import read_path
 from explore.synthesis.tasks.pivot_boxes import pivot_bounds, read_box
+from explore.synthesis.tasks.placed_four_bars import POINT, placed
 
-POINT = "M"
 _LENGTHS = ("crank", "rod", "offset")
 _PARAMETERS = (*_LENGTHS, f"{POINT}_along", f"{POINT}_across", "crank_pivot_x", "crank_pivot_y", "ground_angle")
 _METHOD = Column(
@@ -105,17 +105,9 @@ def _by_guide_offset(task: SliderPathTask, pivot: complex) -> SliderCrank:
 def _candidates(
     linkages: Sequence[SliderCrank], methods: Sequence[int], tried: tuple[str, ...], most: int
 ) -> Candidates:
-    arms = [linkage.point * linkage.rod for linkage in linkages]
-    columns = {
-        **{name: [getattr(linkage, name) for linkage in linkages] for name in _LENGTHS},
-        f"{POINT}_along": [arm.real for arm in arms],
-        f"{POINT}_across": [arm.imag for arm in arms],
-        "crank_pivot_x": [linkage.crank_pivot.real for linkage in linkages],
-        "crank_pivot_y": [linkage.crank_pivot.imag for linkage in linkages],
-        "ground_angle": [math.degrees(linkage.direction) for linkage in linkages],
-    }
+    angles = np.degrees([linkage.direction for linkage in linkages])
     return Candidates(
-        parameters={name: np.array(column, dtype=np.float64) for name, column in columns.items()},
+        parameters=placed(linkages, _LENGTHS, [linkage.rod for linkage in linkages], angles),
         added=(SOLUTION, _METHOD),
         values={"solution": np.arange(1, len(linkages) + 1), "method": np.array(methods)},
         tried=tried,
