@@ -47,10 +47,7 @@ class Limit:
 
     def is_met(self, columns: Arrays) -> npt.NDArray[np.bool_]:
         """Mask of the designs that meet the limit, (n,); an undefined metric meets none."""
-        values = columns[self.column]
-        if self.margin_bound is not None:
-            return np.asarray(values >= abs(self.value - self.margin_bound))
-        return np.asarray(values >= self.value if self.side == "min" else values <= self.value)
+        return np.asarray(self.margin(columns) >= 0.0)
 
     def margin(self, columns: Arrays) -> FloatArray:
         """Signed distance to the limit, (n,): >= 0 where it is met, NaN where the metric is undefined."""
