@@ -76,6 +76,15 @@ def test_a_design_alone_has_the_same_bits(mechanism, make, metrics, options):
     pd.testing.assert_frame_equal(alone, together, check_exact=True)
 
 
+def test_blocks_of_three_have_the_same_bits():
+    """Also in a window below 1 rad: loops over designs have code of their own for the last few."""
+    designs, rows = crank_rockers(), np.arange(900)
+    arguments = ["rocker_angle_cv", "coupler_angle_cv", "rocker_velocity_cv"], {"window": {"from": 31.0, "to": 47.0}}
+    together = evaluate("crank-rocker", designs, rows, *arguments)
+    parts = [evaluate("crank-rocker", designs, rows[k : k + 3], *arguments) for k in range(0, len(rows), 3)]
+    pd.testing.assert_frame_equal(pd.concat(parts), together, check_exact=True)
+
+
 def test_the_designs_fill_more_than_one_buffer_of_panels():
     """A turn of the test rig is cut at both limit positions, into at least two panels."""
     assert 2 * COUNT > PANEL_CAPACITY

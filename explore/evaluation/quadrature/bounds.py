@@ -113,8 +113,9 @@ def _shift(b, k):
 
     It tells in windows shorter than 1 rad alone, where a signal passes 0 or jumps.
     """
-    length = b[AVERAGING + k] - b[REST + k]
-    return math.sqrt(b[VARIANCE + k]) * (1.0 / length - 1.0) if length < 1.0 else 0.0
+    excess = 1.0 / (b[AVERAGING + k] - b[REST + k]) - 1.0
+    # no branch around the root, or the last designs of a loop would be rounded otherwise than those in its lanes
+    return math.sqrt(b[VARIANCE + k]) * (excess if excess > 0.0 else 0.0)
 
 
 @subroutine(contract=True)
