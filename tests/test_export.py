@@ -259,7 +259,7 @@ def test_the_best_design_is_the_default_and_results_are_never_overwritten(few, t
 def test_a_mechanism_without_a_drawing_has_none_to_export():
     simulated = DesignOfParameters.read("gears", {"growth": 1.44}, {}).simulated
     without = replace(simulated, mechanism=replace(simulated.mechanism, drawing=None))
-    with pytest.raises(RequestError, match="'gears' declares no drawing; export its motion instead"):
+    with pytest.raises(RequestError, match="'gears' declares no drawing; draw or export its motion instead"):
         draw_sheet(without)
 
 

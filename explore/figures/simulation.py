@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -130,7 +131,9 @@ class SimulatedDesign:
 def drawing_of(simulated: SimulatedDesign) -> Drawing:
     """The drawing of a design; `RequestError` if its mechanism declares none."""
     if simulated.drawing is None:
-        raise RequestError(f"the mechanism '{simulated.mechanism.name}' declares no drawing; draw its motion instead")
+        raise RequestError(
+            f"the mechanism '{simulated.mechanism.name}' declares no drawing; draw or export its motion instead"
+        )
     return simulated.drawing
 
 
@@ -146,7 +149,12 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
     span = Span(*motion_span(mechanism, columns, interval_of(results, mechanism)))
     points, angles = coordinates(mechanism.points, parameters), span.densely(np.rad2deg(mechanism.anchor_angle))
     motion = simulate(mechanism.name, parameters, points=points, target=mechanism.target, angles=angles)
-    strokes = _Strokes(mechanism, columns, drive_of(results, mechanism))
+    limits = partial(window_limits, mechanism, columns, drive=drive_of(results, mechanism))
+    bounds = [
+        replace(bound, span=own)
+        for bound in signal_bounds(results, mechanism)
+        if (own := limits(bound.stroke) if bound.stroke else bound.span)
+    ]
     uses_stroke = uses_drive_stroke(results, mechanism)
     swept = ", ".join(
         f"{name} {scale.show(parameters[name]):.6g} {'' if scale.shown == '1' else scale.shown}".rstrip()
@@ -158,9 +166,9 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
         motion,
         title=f"{results_name(results)}, design {chosen:,}: {swept}",
         marks=mark_angles(mechanism, columns) if span.is_turn else {},
-        drive=strokes.limits("drive") if uses_stroke else None,
+        drive=limits("drive") if uses_stroke else None,
         phases=_count_phases(mechanism, parameters) if uses_stroke else None,
-        bounds=strokes.located(signal_bounds(results, mechanism)),
+        bounds=bounds,
         units=units,
         span=span,
     )
@@ -181,21 +189,3 @@ def _count_phases(mechanism: Mechanism, parameters: Mapping[str, float]) -> int 
         return None
     column = np.array([[parameters[parameter.name]] for parameter in mechanism.kernel_parameters])
     return int(mechanism.constants(column)[mechanism.phases_row, 0])
-
-
-@dataclass(frozen=True)
-class _Strokes:
-    """The strokes of one design."""
-
-    mechanism: Mechanism
-    columns: Mapping[str, np.ndarray]
-    drive: str
-
-    def limits(self, window: str) -> tuple[float, float] | None:
-        """First and last input angle of a stroke, deg; None when the output has no strokes."""
-        return window_limits(self.mechanism, dict(self.columns), window, self.drive)
-
-    def located(self, bounds: Sequence[SignalBound]) -> list[SignalBound]:
-        """The bounds with the input angles of this design, without bounds on strokes that it does not have."""
-        spans = [self.limits(bound.stroke) if bound.stroke else bound.span for bound in bounds]
-        return [replace(bound, span=span) for bound, span in zip(bounds, spans, strict=True) if span]

@@ -7,8 +7,8 @@ import numpy as np
 
 from explore.figures.exporting import symbols
 from explore.figures.exporting.shapes import Shape, Spline, bounds
-from explore.figures.exporting.sheet import body_angle, body_curve, drawing_of, static_shapes, text_height
-from explore.figures.simulation import SimulatedDesign
+from explore.figures.exporting.sheet import body_angle, body_curve, static_shapes, text_height
+from explore.figures.simulation import SimulatedDesign, drawing_of
 from explore.model.quantities import FloatArray
 
 #: Duration of a turn, or of a way to and fro, s.

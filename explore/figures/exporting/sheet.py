@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from explore.base.errors import RequestError
 from explore.base.units.shown import Scale
 from explore.figures.exporting import symbols
 from explore.figures.exporting.dimensions import dimensions, reach
@@ -20,10 +19,9 @@ from explore.figures.exporting.shapes import (
     Text,
     bounds,
 )
-from explore.figures.exporting.splines import fit_curve
 from explore.figures.exporting.texts import overlap, text_box
-from explore.figures.exporting.tracks import breaks_of, track_of
-from explore.figures.simulation import SimulatedDesign
+from explore.figures.exporting.tracks import curve_of, track_of
+from explore.figures.simulation import SimulatedDesign, drawing_of
 from explore.model.drawing import Drawing, Pose, Profile
 from explore.model.quantities import FloatArray
 
@@ -37,14 +35,6 @@ _ANGLE = 60.0
 _LEADING = 1.7
 #: Number of lines of a column of notes.
 _LINES = 8
-
-
-def drawing_of(simulated: SimulatedDesign) -> Drawing:
-    """The declared drawing; `RequestError` if the mechanism has none."""
-    drawing = simulated.drawing
-    if drawing is None:
-        raise RequestError(f"the mechanism '{simulated.mechanism.name}' declares no drawing; export its motion instead")
-    return drawing
 
 
 def draw_sheet(simulated: SimulatedDesign) -> Sheet:
@@ -104,11 +94,7 @@ def static_shapes(simulated: SimulatedDesign, height: float) -> Iterator[Shape]:
 
 def body_curve(simulated: SimulatedDesign, profile: Profile) -> Spline:
     """The curve of a body about its centre, in its position at input angle 0."""
-
-    def curve(angles: FloatArray) -> FloatArray:
-        return simulated.pose(angles.tolist()).sum(profile.vectors)
-
-    return fit_curve(curve, simulated.span, breaks_of(simulated), "profiles", profile.name)
+    return curve_of(simulated, profile.vectors, "profiles", profile.name)
 
 
 def body_angle(profile: Profile, pose: Pose) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,7 +48,7 @@ def fit_curve(
     ends = np.append(joints, joints[0] + 360.0)
     slopes = (curve(joints + _STEP) - curve(joints - _STEP)) / (2.0 * _STEP)
     counts = np.maximum(np.rint(np.diff(ends) / 360.0 * _FIRST_INTERVALS).astype(int), _LEAST_INTERVALS)
-    spans = [np.linspace(*pair, count + 1) for pair, count in zip(_pairs(ends), counts, strict=True)]
+    spans = [np.linspace(*pair, count + 1) for pair, count in zip(pairwise(ends.tolist()), counts, strict=True)]
     return _fit_parts(curve, spans, slopes, layer, name)
 
 
@@ -71,10 +72,6 @@ def _fit_parts(
     if slopes is not None:
         controls[-1] = controls[0]  # to the last bit, so that the curve is closed
     return Spline(layer, name, knots, controls, max(float(deviation.max()) for deviation in deviations))
-
-
-def _pairs(ends: FloatArray) -> list[tuple[float, float]]:
-    return list(zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True))
 
 
 def _interpolate(

@@ -35,17 +35,17 @@ def track_of(
         return _arc(simulated, vectors, turning[0])
     if not turning and len({vector.direction % 180.0 for vector in changing}) == 1:
         return _line(simulated, vectors, changing[0])
+    return curve_of(simulated, vectors, "paths", name)
+
+
+def curve_of(simulated: SimulatedDesign, vectors: tuple[Vector, ...], layer: str, name: str) -> Spline:
+    """The sum of vectors over the motion."""
 
     def curve(angles: FloatArray) -> FloatArray:
         return simulated.pose(angles.tolist()).sum(vectors)
 
-    return fit_curve(curve, simulated.span, breaks_of(simulated), "paths", name)
-
-
-def breaks_of(simulated: SimulatedDesign) -> list[float]:
-    """Input angles, deg, where the laws of the design's signals change."""
-    names = simulated.mechanism.breaks
-    return [simulated.marks[name] for name in names if name in simulated.marks]
+    breaks = [simulated.marks[name] for name in simulated.mechanism.breaks if name in simulated.marks]
+    return fit_curve(curve, simulated.span, breaks, layer, name)
 
 
 def _arc(simulated: SimulatedDesign, vectors: tuple[Vector, ...], turning: Vector) -> Circle | Arc:
