@@ -127,12 +127,12 @@ def test_what_a_sweep_on_other_machines_waits_for_is_told(capfd):
         printer.event(event, facts)
         return [json.loads(line)["reason"] for line in capfd.readouterr().out.splitlines()]
 
-    remote = _Printer(is_remote=True)
+    remote = _Printer({"scheduler": "tcp://host:8786"})
     assert "workers compile the kernels before" in told(remote, "workers", joined=["tcp://a"], left=[])[0]
     assert told(remote, "waiting", reason="the cluster has no worker") == ["the cluster has no worker"]
     assert told(remote, "workers", joined=[], left=["tcp://a"]) == []
     assert told(remote, "failure", block=3, problem="no memory") == ["block 3 failed: no memory"]
-    assert told(_Printer(is_remote=False), "workers", joined=["tcp://a"], left=[]) == []
+    assert told(_Printer({"scheduler": None}), "workers", joined=["tcp://a"], left=[]) == []
     remote.progress(Progress(256, 1024, 0, 256, 10))
     first = json.loads(capfd.readouterr().out)
     assert (first["event"], first["done"], first["computed"], first["feasible"]) == ("progress", 256, 256, 10)

@@ -53,15 +53,11 @@ class WorkerOptions:
 
     def prepare(self, request: Request) -> Workers:
         """The workers for a request, whose kernels are compiled first if this process needs them."""
-        from explore.evaluation.evaluate import compile_kernels
-        from explore.running.clusters import local_cluster, remote_cluster
+        from explore.running.workers import start_workers
 
         if not self.quiet:
             announce_compiling()
-        if self.scheduler is not None:
-            return remote_cluster(self.scheduler, request.mechanism.name)
-        compile_kernels(request)
-        return local_cluster(self.workers, processes=self.processes)
+        return start_workers(request, self.workers, processes=self.processes, scheduler=self.scheduler)
 
     @contextmanager
     def computing(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from explore.base.errors import RequestError
 from explore.evaluation.evaluate import compile_kernels
 from explore.model.progress import ReportProgress
-from explore.running.clusters import existing_client, local_cluster
+from explore.running.clusters import existing_client, local_cluster, remote_cluster
 from explore.running.runs import Progress
 
 if TYPE_CHECKING:
@@ -29,6 +29,15 @@ def find_workers(
         raise RequestError("workers and processes cannot be combined with client, which has its own workers")
     if client is not None:
         return existing_client(client, request.mechanism.name)
+    return start_workers(request, workers, processes=processes)
+
+
+def start_workers(
+    request: Request, workers: int | None, *, processes: bool, scheduler: str | None = None
+) -> AbstractContextManager[Client | LocalThreads]:
+    """The workers of a scheduler or of this machine, after the kernels are compiled if this process needs them."""
+    if scheduler is not None:
+        return remote_cluster(scheduler, request.mechanism.name)
     compile_kernels(request)
     return local_cluster(workers, processes=processes)
 

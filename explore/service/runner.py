@@ -137,7 +137,7 @@ class Runner(threading.Thread):
         return code, self._folder.without_path(reason or (unexplained if code else ""))
 
     def _start(self, job: Job) -> subprocess.Popen[bytes]:
-        options = json.dumps({"keep": job.keep, **asdict(self._work)})
+        options = json.dumps({"keep": job.keep, "work": asdict(self._work)})
         study, results = self._folder.study_path(job.name, State.running), self._folder.results_path(job.name)
         command = [sys.executable, "-m", "explore.service.sweep_process", str(study), str(results), options]
         with own_file(self._folder.output_path(job.name)).open("wb") as output:

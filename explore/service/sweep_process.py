@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,10 +21,7 @@ from explore.base.errors import ConfigError, ExploreError, RequestError
 from explore.results.store.locking import LockedError, LockFile
 
 if TYPE_CHECKING:
-    from distributed import Client
-
     from explore.running.runs import Progress, Summary
-    from explore.running.threads import LocalThreads
     from explore.service.job_files import Refinement
     from explore.studies.config.study import Study
     from explore.synthesis.tasks.task_files import TaskFile
@@ -72,16 +69,18 @@ def _run(file: Path, results: Path, options: Mapping[str, Any]) -> int:
 
 def _sweep(study: Study, results: Path, options: Mapping[str, Any]) -> Summary:
     from explore.running.runs import run_study
+    from explore.running.workers import start_workers
 
-    workers, printer = _workers(options, study), _Printer(is_remote=options["scheduler"] is not None)
+    workers, printer = start_workers(study.request, **options["work"]), _Printer(options["work"])
     return run_study(study, results, workers, keep=options["keep"], progress=printer.progress, listener=printer.event)
 
 
 def _refine(refinement: Refinement, results: Path, options: Mapping[str, Any]) -> Summary:
     from explore.analysis.refining.runs import run_refinement
+    from explore.running.workers import start_workers
 
     plan, source = refinement.plan(results.parent), results.with_name(f"{refinement.refine}.h5")
-    workers, printer = _workers(options, plan.study), _Printer(is_remote=options["scheduler"] is not None)
+    workers, printer = start_workers(plan.study.request, **options["work"]), _Printer(options["work"])
     return run_refinement(plan, source, results, workers, progress=printer.progress, listener=printer.event)
 
 
@@ -113,17 +112,6 @@ def _synthesize(task: TaskFile, results: Path) -> int:
     n_feasible = int(rows.arrays["feasible"].sum())
     _print("progress", designs=rows.count, done=rows.count, feasible=n_feasible)
     return 0
-
-
-def _workers(options: Mapping[str, Any], study: Study) -> AbstractContextManager[Client | LocalThreads]:
-    """The workers of a study, whose kernels are compiled if this process needs them."""
-    from explore.evaluation.evaluate import compile_kernels
-    from explore.running.clusters import local_cluster, remote_cluster
-
-    if options["scheduler"] is not None:
-        return remote_cluster(options["scheduler"], study.request.mechanism.name)
-    compile_kernels(study.request)
-    return local_cluster(options["workers"], processes=options["processes"])
 
 
 @contextmanager
@@ -158,8 +146,9 @@ class _PacedPrinter:
 class _Printer:
     """Prints the progress of a sweep, and events of it that a user may have to act on or wait for."""
 
-    def __init__(self, *, is_remote: bool) -> None:
-        self._print_progress, self._is_remote, self._has_begun = _PacedPrinter(), is_remote, False
+    def __init__(self, work: Mapping[str, Any]) -> None:
+        self._print_progress, self._is_remote = _PacedPrinter(), work["scheduler"] is not None
+        self._has_begun = False
 
     def progress(self, progress: Progress) -> None:
         """Print how far it is."""
