@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from command_line import run
+from stopping import interrupt
 
 import explore
 from explore.results.store.all_designs_writer import AllDesignsWriter
@@ -53,9 +54,6 @@ def test_the_same_again_changes_nothing_and_another_count_is_refused(folder):
 
 
 def test_an_interrupted_atlas_says_what_continues_it(folder, tmp_path, monkeypatch):
-    def interrupt(*_):
-        raise KeyboardInterrupt
-
     with monkeypatch.context() as patch:
         patch.setattr(AllDesignsWriter, "commit", interrupt)
         run("atlas", "--count", "2048", "-o", "cut.h5", cwd=tmp_path, code=130)

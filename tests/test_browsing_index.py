@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from stopping import interrupt
 from studies import sweep_text
 
 import explore
@@ -62,11 +63,8 @@ def test_an_index_is_of_one_state_of_its_file(path, folder):
 
 
 def test_an_index_that_is_given_up_leaves_nothing(path, tmp_path):
-    def give_up(share):
-        raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        build_index(explore.open_results(path), tmp_path / "grid", give_up)
+        build_index(explore.open_results(path), tmp_path / "grid", interrupt)
     assert list(tmp_path.iterdir()) == []
     assert open_index(tmp_path / "grid", identify(path)) is None
 

@@ -1,6 +1,5 @@
 """Refinements of results: the same bytes everywhere, resume, refusals, and files like those of a sweep."""
 
-import hashlib
 import json
 import signal
 import subprocess
@@ -13,6 +12,7 @@ import pandas as pd
 import pytest
 from command_line import call, run
 from distributed import Client, LocalCluster
+from stopping import Stop, digest, stop
 from studies import box, sweep_text
 from typer.testing import CliRunner
 
@@ -48,10 +48,6 @@ def source(tmp_path_factory):
 @pytest.fixture(scope="module")
 def refined(source, tmp_path_factory):
     return explore.refine(source, tmp_path_factory.mktemp("refined") / "refined.h5", evaluations=N, workers=1)
-
-
-def digest(path):
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def volume(frame):
@@ -316,12 +312,6 @@ def test_lists_alone_cannot_be_refined(tmp_path):
 
 
 def test_unfinished_results_are_refused(source, tmp_path):
-    class Stop(Exception):
-        pass
-
-    def stop(*_):
-        raise Stop
-
     study = explore.load_study(source.path.parent / "study.toml")
     big = tmp_path / "big.toml"
     big.write_text(study.to_toml().replace("8192", "100_000"), encoding="utf-8")

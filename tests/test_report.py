@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 import pytest
 from command_line import assert_refused, call
+from stopping import interrupt
 from store_files import fill
 from studies import FEW, sweep_text
 
@@ -116,9 +117,6 @@ def test_bad_input_gives_an_error_of_one_line(in_results, arguments, message):
 def test_an_interrupted_report_keeps_the_previous_page(in_results, monkeypatch):
     call("report", "-o", "page.html")
     before = (in_results / "page.html").read_bytes()
-
-    def interrupt(_):
-        raise KeyboardInterrupt
 
     monkeypatch.setattr("explore.figures.reporting.pages.data_elements", interrupt)
     assert call("report", "-o", "page.html")[0] == 130

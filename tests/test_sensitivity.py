@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from command_line import call, run
 from distributed import Client, LocalCluster
+from stopping import interrupt
 from studies import published_box, sweep_text
 
 import explore
@@ -422,10 +423,7 @@ def test_the_command(results, tmp_path):
 
 
 def test_ctrl_c_is_told_by_the_exit_code(results, tmp_path, monkeypatch):
-    def interrupted(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(SensitivityPlan, "table", interrupted)
+    monkeypatch.setattr(SensitivityPlan, "table", interrupt)
     code, out, err = call("sensitivity", results.path, "--evaluations", FEW, "-o", tmp_path / "indices.csv")
     assert (code, out) == (130, "")
     assert "interrupted; nothing was written" in err

@@ -1,6 +1,5 @@
 """Solved lengths against the reference, a quadratic equation and dense scans, and in whole sweeps."""
 
-import hashlib
 import json
 import pickle
 from dataclasses import replace
@@ -14,6 +13,7 @@ from distributed import Client, LocalCluster
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from simple_slider import SIMPLE_SLIDER
+from stopping import Stop, digest, stop
 
 import explore
 from explore.mechanisms.registry import MECHANISMS
@@ -348,10 +348,6 @@ metrics = ["cv", "transmission_angle_min:max"]
 """
 
 
-def digest(path):
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
 def test_a_sweep_walks_designs_of_the_same_swing(load, tmp_path):
     """Two blocks: threads, processes over TCP and a resumed sweep give the same bytes; the kept front is the front."""
     study = load(STUDY)
@@ -365,12 +361,6 @@ def test_a_sweep_walks_designs_of_the_same_swing(load, tmp_path):
     assert not frame["feasible"][~reached].any()
     # Designs that differ only in speed have the very same crank.
     assert frame["crank"][::2].equals(frame["crank"][1::2].set_axis(frame.index[::2]))
-
-    class Stop(Exception):
-        pass
-
-    def stop(*_):
-        raise Stop
 
     with pytest.raises(Stop):
         explore.sweep(study, tmp_path / "b.h5", report_progress=stop)

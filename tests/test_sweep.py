@@ -1,7 +1,6 @@
 """Sweeps on real clusters: same bytes everywhere, resume, failing blocks, refusals."""
 
 import contextlib
-import hashlib
 import pickle
 import socket
 import subprocess
@@ -11,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from distributed import Client, LocalCluster
+from stopping import Stop, digest, poisoned, poisoned_at_1, stop
 from studies import grid
 
 import explore
@@ -34,10 +34,6 @@ def run(study, path, **options):
     return runs.run_study(study, path, local_cluster(None, processes=False), **options)
 
 
-def digest(path):
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
 def test_the_file_holds_what_evaluate_says_of_every_design(study, tmp_path):
     summary = run(study, tmp_path / "a.h5")
 
@@ -55,12 +51,6 @@ def test_the_file_holds_what_evaluate_says_of_every_design(study, tmp_path):
 def test_a_resumed_sweep_computes_the_rest(study, tmp_path):
     """And writes the same bytes; those of threads, processes and clusters are compared in clusters/test_determinism."""
     explore.sweep(study, tmp_path / "one.h5", workers=1)
-
-    class Stop(Exception):
-        pass
-
-    def stop(*_):
-        raise Stop
 
     for _ in range(2):
         with pytest.raises(Stop):
@@ -96,7 +86,7 @@ def test_a_finished_file_is_left_as_it_is(study, tmp_path):
 def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_path, monkeypatch):
     real, tries = runs.evaluate_block, tmp_path / "tries"
 
-    def poisoned(request, space, number, objectives):
+    def failing(request, space, number, objectives):
         if number == 1:
             with tries.open("a") as stream:  # a file, because the function travels to the worker as a copy
                 stream.write("tried\n")
@@ -104,7 +94,7 @@ def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_p
         return real(request, space, number, objectives)
 
     with monkeypatch.context() as patch:
-        patch.setattr(runs, "evaluate_block", poisoned)
+        patch.setattr(runs, "evaluate_block", failing)
         summary = run(study, tmp_path / "a.h5")
 
     assert tries.read_text() == "tried\ntried\n"
@@ -255,32 +245,19 @@ def test_a_block_of_other_versions_is_refused(study, tmp_path, monkeypatch):
 
 
 def test_no_failure_may_be_allowed(study, tmp_path, monkeypatch):
-    def poisoned(*_):
-        raise ZeroDivisionError("poison")
-
     monkeypatch.setattr(runs, "evaluate_block", poisoned)
     with pytest.raises(explore.ClusterError, match="stopped after 1 failed block"):
         explore.sweep(study, tmp_path / "a.h5", max_failures=0)
 
 
 def test_as_many_blocks_may_fail_as_allowed(study, tmp_path, monkeypatch):
-    real = runs.evaluate_block
-
-    def poisoned(request, space, number, objectives):
-        if number == 1:
-            raise ZeroDivisionError("poison")
-        return real(request, space, number, objectives)
-
-    monkeypatch.setattr(runs, "evaluate_block", poisoned)
+    monkeypatch.setattr(runs, "evaluate_block", poisoned_at_1)
     with pytest.warns(explore.FailedBlocksWarning, match="block 1 failed and was left out"):
         results = explore.sweep(study, tmp_path / "a.h5", max_failures=1)
     assert results.n_committed == 151_200 - BLOCK_SIZE
 
 
 def test_the_log_names_the_designs_of_a_failed_block(study, tmp_path, monkeypatch):
-    def poisoned(*_):
-        raise ZeroDivisionError("poison")
-
     events = []
     monkeypatch.setattr(runs, "evaluate_block", poisoned)
     run(study, tmp_path / "a.h5", listener=lambda event, facts: events.append((event, facts)))

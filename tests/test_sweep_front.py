@@ -1,10 +1,9 @@
 """Sweeps that keep only the Pareto set: the same set as of a full sweep, the same bytes however they ran."""
 
-import hashlib
-
 import numpy as np
 import pandas as pd
 import pytest
+from stopping import Stop, digest, poisoned_at_1, stop
 from studies import box, grid
 
 import explore
@@ -35,10 +34,6 @@ def sweep(study, path, workers=2, **options):
     return runs.run_study(study, path, local_cluster(workers, processes=False), keep="front", **options)
 
 
-def digest(path):
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
 @pytest.mark.parametrize("text", [GRID, SOBOL], ids=["grid", "sobol"])
 def test_the_front_is_that_of_all_designs(text, tmp_path):
     (tmp_path / "study.toml").write_text(text)
@@ -59,12 +54,6 @@ def test_a_resumed_sweep_computes_the_rest(study, tmp_path):
     """And writes the same bytes; those of threads, processes and clusters are compared in clusters/test_determinism."""
     sweep(study, tmp_path / "one.h5", workers=1)
 
-    class Stop(Exception):
-        pass
-
-    def stop(_):
-        raise Stop
-
     for _ in range(2):
         with pytest.raises(Stop):
             sweep(study, tmp_path / "resumed.h5", progress=stop)
@@ -74,12 +63,6 @@ def test_a_resumed_sweep_computes_the_rest(study, tmp_path):
 
 
 def test_an_unfinished_front_is_no_results_file_yet(study, tmp_path):
-    class Stop(Exception):
-        pass
-
-    def stop(_):
-        raise Stop
-
     with pytest.raises(Stop):
         sweep(study, tmp_path / "a.h5", progress=stop)
     with pytest.raises(explore.ResultsError, match="a.h5 is not finished: 1 of 3 blocks are done, .*; run the sweep"):
@@ -118,15 +101,8 @@ def test_nothing_feasible_is_an_empty_front(tmp_path):
 
 
 def test_a_failed_block_leaves_the_front_unfinished(study, tmp_path, monkeypatch):
-    real = runs.evaluate_block
-
-    def poisoned(request, space, number, objectives):
-        if number == 1:
-            raise ZeroDivisionError("poison")
-        return real(request, space, number, objectives)
-
     with monkeypatch.context() as patch:
-        patch.setattr(runs, "evaluate_block", poisoned)
+        patch.setattr(runs, "evaluate_block", poisoned_at_1)
         assert list(sweep(study, tmp_path / "a.h5").failures) == [1]
     assert not (tmp_path / "a.h5").exists()
     assert sweep(study, tmp_path / "a.h5").n_computed == BLOCK_SIZE

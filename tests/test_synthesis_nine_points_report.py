@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from stopping import interrupt
 
 from explore.base.errors import RequestError
 from explore.synthesis.defects import PASSES, WRONG_ORDER
@@ -140,9 +141,6 @@ def test_points_that_determine_no_set():
 
 
 def test_an_interrupted_search_keeps_what_was_found_and_says_how_far_it_is(monkeypatch):
-    def interrupt(*_):
-        raise KeyboardInterrupt
-
     told = []
     monkeypatch.setattr(homotopy, "find_limits", interrupt)
     found = find_linkages(SYMMETRIC, lambda done, total: told.append((done, total)))

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import pandas as pd
 import pytest
 from command_line import run
+from stopping import interrupt
 
 import explore
 from explore.cli.commands.synthesize import _best_first, _order
@@ -122,9 +123,6 @@ def test_the_task_itself_is_not_overwritten(folder):
 
 
 def test_an_interrupted_search_writes_nothing(folder, monkeypatch):
-    def interrupt(*_):
-        raise KeyboardInterrupt
-
     monkeypatch.setattr("explore.synthesis.tasks.task_files.TaskFile.find", interrupt)
     output = run("synthesize", "swing.toml", "-o", "swing.h5", cwd=folder, code=130)
     assert output.stderr.endswith("interrupted; nothing was written\n")

@@ -9,6 +9,7 @@ import pytest
 from command_line import assert_refused, call, run
 from scipy.special import ndtr
 from scipy.stats import binomtest
+from stopping import interrupt
 from studies import GOOD, sweep_text
 
 import explore
@@ -253,11 +254,8 @@ def test_an_analysis_that_was_killed_is_finished(folder, robustness, tmp_path, m
     """
     source, path = folder / "study.h5", tmp_path / "killed.h5"
 
-    def die(*_):
-        raise KeyboardInterrupt
-
     with monkeypatch.context() as patch:
-        patch.setattr(AllDesignsWriter, "commit", die)
+        patch.setattr(AllDesignsWriter, "commit", interrupt)
         with pytest.raises(KeyboardInterrupt):
             explore.tolerance(source, draws=65536, path=path)
     code, out, _ = call("show", str(path))
@@ -306,10 +304,7 @@ def test_bad_input_gives_one_line(folder, robustness, monkeypatch, arguments, co
 
 
 def test_ctrl_c_leaves_nothing(folder, monkeypatch):
-    def interrupted(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(ToleranceRun, "compute", interrupted)
+    monkeypatch.setattr(ToleranceRun, "compute", interrupt)
     monkeypatch.chdir(folder)
     code, out, err = call("tolerance", "study.h5", "-o", "new.h5")
     assert (code, out) == (130, "")
