@@ -7,7 +7,7 @@ import zlib
 import h5py
 import numpy as np
 import pytest
-from store_files import BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, flip
+from store_files import BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, assert_random_damage_is_told, flip
 
 from explore.base.errors import ResultsError
 from explore.results.store import layout_reader
@@ -47,14 +47,6 @@ def test_damaged_chunk_says_where(packed_copy):
     with pytest.raises(ResultsError, match="crank in rows 4000 to 4999 cannot be decompressed"):
         results.to_pandas(["nodes"])
     assert len(results.designs(range(BLOCK))) == BLOCK, "the other blocks can be read"
-
-
-def test_file_cut_anywhere(packed_copy):
-    whole = packed_copy.read_bytes()
-    for share in np.linspace(0, 1, 40, endpoint=False):
-        packed_copy.write_bytes(whole[: int(share * len(whole))])
-        with pytest.raises(ResultsError, match=r"not an HDF5 file|cut short|damaged"):
-            open_results(packed_copy)
 
 
 def replaced(**changes):
@@ -148,25 +140,13 @@ def test_no_chunk_becomes_longer_than_it_may(packed_copy):
 
 
 def test_random_damage_never_gives_another_error(packed_copy):
-    """300 files with 1 to 20 random bytes in HDF5's structures: each opens or raises `ResultsError`."""
-    whole = packed_copy.read_bytes()
     with h5py.File(packed_copy) as file:
         chunks = [info for column in file["designs"].values() for info in chunk_infos(column)]
-    is_structure = np.ones(len(whole), bool)
+    is_structure = np.ones(packed_copy.stat().st_size, bool)
     for info in chunks:
         is_structure[info.byte_offset : info.byte_offset + info.size] = False
     places = np.flatnonzero(is_structure).tolist()
-    chance, refused = random.Random(7), 0
-    for _ in range(300):
-        damaged = bytearray(whole)
-        for _ in range(chance.randrange(1, 20)):
-            damaged[chance.choice(places)] = chance.randrange(256)
-        packed_copy.write_bytes(damaged)
-        try:
-            open_results(packed_copy).to_pandas()
-        except ResultsError:
-            refused += 1
-    assert refused > 0
+    assert_random_damage_is_told(packed_copy, places, lambda: open_results(packed_copy).to_pandas())
 
 
 def chunk_infos(dataset: h5py.Dataset) -> list:
