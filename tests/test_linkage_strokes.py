@@ -5,7 +5,19 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from linkage_cases import CASES, PARTIAL, columns, evaluate_graph, find_limits, linkage_of, scattered, trace, values_of
+from linkage_cases import (
+    BOOM,
+    BOOM_LENGTHS,
+    CASES,
+    PARTIAL,
+    columns,
+    evaluate_graph,
+    find_limits,
+    linkage_of,
+    scattered,
+    trace,
+    values_of,
+)
 
 import explore
 from explore import Linkage
@@ -20,6 +32,15 @@ ROCKING = {
     "crank-shaper": ("ram_position", "stroke"), "slider-crank": ("guide_position", "stroke"),
     "watt-2": ("output_angle", "swing_angle"), "oscillating-cylinder": ("cylinder_position", "stroke"),
 }  # fmt: skip
+
+#: A slider-crank whose slider's line passes the pivot of the crank.
+CENTRED = {
+    "driver": "crank",
+    "frame": {"O": [0, 0]},
+    "links": {"crank": {"O": 0, "A": "r"}, "rod": {"A": 0, "B": "l"}},
+    "slots": {"guide": {"pin": "B", "link": "frame", "along": ["O", [1, 0]]}},
+    "branch": {"B": "far"},
+}
 
 
 def label(row):
@@ -77,6 +98,28 @@ def test_strokes_equal_roots_of_thirty_digits(name):
     if ratio > 1.0 + 1e-9:
         slow = "forward" if forward > math.pi else "backward"
         assert row[f"{rate}_mean_drive"] == row[f"{rate}_mean_{slow}"]
+
+
+#: Outputs whose strokes are half a turn each, with their parameters of a length: by symmetry, and by a driven pin.
+EVEN = {
+    "guide": (CENTRED, {"r": (20.0, 40.0), "l": (80.0, 120.0)}),
+    "boom": (BOOM, {"b": (45.0, 50.0), "c": (100.0, 104.0)}),
+}
+
+
+@pytest.mark.parametrize("output", EVEN)
+def test_of_strokes_that_take_the_same_time_the_slow_one_is_backward_in_all_designs(output):
+    """Rounding told it, by two half-tangents beside 0 and half a turn: half of the sliders had the other."""
+    section, ranges = EVEN[output]
+    rng = np.random.default_rng(3)
+    designs = {name: rng.uniform(*ends, 300) for name, ends in ranges.items()}
+    fixed = {name: value for name, value in BOOM_LENGTHS.items() if section is BOOM and name not in designs}
+    metrics = ["time_ratio", *(f"{output}_velocity_mean_{window}" for window in ("drive", "return"))]
+    table = explore.evaluate(Linkage(section | {"output": output}), designs | fixed, metrics=metrics)
+    assert (table["status"] == Status.OK).all()
+    assert (table["time_ratio"] == 1.0).all()
+    assert (table[metrics[1]] < 0.0).all()
+    assert (table[metrics[2]] > 0.0).all()
 
 
 def test_an_output_that_turns_fully_has_no_strokes():

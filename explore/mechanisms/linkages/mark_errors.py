@@ -1,4 +1,8 @@
-"""How far rounding moves the reversals of the output: what disturbed operations change its rate by, over its slope."""
+"""How far rounding moves the reversals of the output: what disturbed operations change its rate by, over its slope.
+
+Strokes that are equally long but for that are half a turn each: the same one is slow in all such designs, not the one
+that rounding makes longer.
+"""
 
 import math
 
@@ -18,6 +22,10 @@ _SHARE = 4e-16 / DISTURBANCE
 _ROUNDING = 3e-15
 #: Largest half-tangent at which a rate is disturbed: beyond it is half a turn.
 _LARGEST = 1e15
+#: Largest difference of strokes that are called equally long, relative, however far rounding moves their ends.
+_EQUAL = 1e-9
+#: Least half-tangent of the end of a stroke of half a turn, so that the other end has a finite one.
+_LEAST = 1e-17
 
 _F1 = types.float64[::1]
 #: Type of `bound_marks`.
@@ -58,10 +66,26 @@ def add_error(rates, errors):
 
 @subroutine()
 def store_error(errors, ratio_row, record):
-    """Fill the sum of the errors of both marks over the lengths of the strokes, for lanes that have these."""
+    """Fill the sum of the errors of both marks over the lengths of the strokes, for lanes that have these.
+
+    Strokes that differ by less take half a turn each.
+    """
     for lane in range(LANES):
         at, ratio = CLOSED_ERROR_ROW * LANES + lane, record[ratio_row * LANES + lane]
         error = (errors[lane] + _ROUNDING) * (1.0 + ratio) * (1.0 + 1.0 / ratio) / (2.0 * math.pi)
         # not a number where a disturbed design has no motion
         error = error if error == error else math.inf
         record[at] = error if ratio == ratio else record[at]
+        if ratio - 1.0 <= min(error, _EQUAL):
+            record[ratio_row * LANES + lane] = 1.0
+            _place_opposite(record, lane)
+
+
+@subroutine()
+def _place_opposite(record, lane):
+    """Place the mark of a lane that is farther from the anchor half a turn from the other one."""
+    near, far = LEAST_ROW * LANES + lane, GREATEST_ROW * LANES + lane
+    if abs(record[near]) > abs(record[far]):
+        near, far = far, near
+    record[near] = math.copysign(max(abs(record[near]), _LEAST), record[near])
+    record[far] = -1.0 / record[near]
