@@ -48,13 +48,6 @@ rise = 145
 p = 40
 turn = 30
 """
-SKETCH = """\
-[linkage.sketch]
-crank_angle = 40
-D = [63, 132]
-S = [142, 145]
-"""
-BRANCH = '[linkage.branch]\nS = "far"\n'
 
 FOUR_BAR = """\
 [linkage]
