@@ -7,7 +7,7 @@ import urllib.request
 from http.client import HTTPException
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import SplitResult, urlsplit
 
 from explore.base.errors import ConfigError, ExploreError, RequestError
 
@@ -25,16 +25,22 @@ class Unreachable(ServiceError):  # noqa: N818 -- a state of the service
     """Nothing answers at the address."""
 
 
+def split_address(url: str) -> SplitResult | None:
+    """The parts of an address of http or https; None of others, and of those that name a user."""
+    try:
+        parts = urlsplit(url)
+        is_usual = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
+    except ValueError:  # a port beyond 65,535, or an IPv6 address without its end
+        return None
+    return parts if is_usual and "@" not in parts.netloc else None
+
+
 class Requester:
     """Asks the service at an address; see `explore.Service` for the parameters."""
 
     def __init__(self, url: str, token: str | Path | None) -> None:
-        try:
-            parts = urlsplit(url)
-            is_usual = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
-        except ValueError:  # a port beyond 65,535, or an IPv6 address without its end
-            is_usual = False
-        if not is_usual:
+        parts = split_address(url)
+        if parts is None:
             raise RequestError(f"{url!r:.200} is no address of a service; write one such as http://127.0.0.1:8765")
         self.url = f"{parts.scheme}://{parts.netloc}"
         self._token = token if token is not None else os.environ.get(TOKEN_VARIABLE, "")

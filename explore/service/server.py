@@ -30,6 +30,7 @@ from explore.service.folder import own_file
 from explore.service.guard import Guard
 from explore.service.jobs import now
 from explore.service.plans import Limits
+from explore.service.requester import split_address
 from explore.service.runner import Work
 from explore.service.station import open_station
 
@@ -237,12 +238,8 @@ def _check_pair(certificate: Path, key: Path) -> None:
 
 def _is_origin(url: str) -> bool:
     """Whether an address has a scheme, a host and perhaps a port, and nothing else."""
-    try:
-        parts = urlsplit(url)
-        is_usual = parts.scheme in ("http", "https") and bool(parts.hostname) and parts.port != 0
-    except ValueError:  # a port beyond 65,535, or an IPv6 address without its end
-        return False
-    return is_usual and "@" not in parts.netloc and not (parts.path.strip("/") or parts.query or parts.fragment)
+    parts = split_address(url)
+    return parts is not None and not (parts.path.strip("/") or parts.query or parts.fragment)
 
 
 def _allow_open_files() -> None:
