@@ -436,6 +436,18 @@ def test_chosen_designs_of_every_status_are_proved(results):
     assert set(explore.certify(results, numbers)["verdict"]) == {"proved"}
 
 
+def test_chosen_designs_need_no_objectives(tmp_path):
+    study = explore.Study(
+        mechanism="crank-rocker",
+        parameters=dict(zip(LENGTHS, PUBLISHED, strict=True)),
+        metrics=["rocker_velocity_rms_cycle"],
+    )
+    swept = explore.sweep(study, tmp_path / "one.h5")
+    assert explore.certify(swept, 0)["verdict"].to_list() == ["proved"]
+    with pytest.raises(explore.RequestError, match="no objective"):
+        explore.certify(swept)
+
+
 def false_results(results, path, number, column, change):
     """Results of a program that errs in one value of one design: sound checksums, the same study."""
 

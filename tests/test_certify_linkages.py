@@ -6,7 +6,17 @@ import mpmath
 import numpy as np
 import pytest
 from flint import arb, ctx
-from linkage_cases import CASES, FOUR_BAR, evaluate_graph, linkage_of, scattered, values_of, with_loads
+from linkage_cases import (
+    BOOM,
+    BOOM_LENGTHS,
+    CASES,
+    FOUR_BAR,
+    evaluate_graph,
+    linkage_of,
+    scattered,
+    values_of,
+    with_loads,
+)
 
 import explore
 from explore import Linkage
@@ -263,6 +273,17 @@ def test_means_of_a_function_with_an_antiderivative():
             turn_means(lambda angle: 1 / (1 - angle.cos()), "too close")
         with pytest.raises(UnprovedError, match="too close"):
             arc_means(lambda angle: 1 / (1 - angle.cos()), start, stop, "too close")
+
+
+def test_a_force_of_nothing_but_rounding_is_open():
+    """A cylinder without a mass takes up no force across itself; its values are narrow balls about 0."""
+    loads = {"forces": {"P": [0, -40]}, "masses": {"P": 2.0}}
+    linkage = Linkage(BOOM | {"output": "boom", "loads": loads})
+    metrics = [f"cylinder_normal_force_rms_{window}" for window in ("forward", "backward")]
+    rows = rows_of(linkage, BOOM_LENGTHS, metrics)
+    ((verdict, reason),) = proofs_of(linkage_mechanism(linkage.table), rows, metrics)
+    assert verdict == "open"
+    assert reason.endswith("with 1024 bits")
 
 
 def test_what_jumps_with_friction_is_open_and_said_in_words():

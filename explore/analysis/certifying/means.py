@@ -131,11 +131,13 @@ def _gauss_rule(count: int, bits: int) -> list[tuple[arb, arb]]:
 
 
 def _digits(bound: arb, values: list[arb]) -> float:
-    """Natural logarithm of what errors of squares over the square of the bound must be below."""
-    usual = max(abs(float(value.mid())) for value in values)
-    loose = math.log(float(bound) / usual) if usual > 0.0 else 0.0
-    digits = 0.6 * float(ctx.prec)
-    return digits * math.log(2.0) + 2.0 * max(loose, 0.0)
+    """Natural logarithm of what errors of squares over the square of the bound must be below.
+
+    Values that are smaller than the bound by more than these digits are rounding.
+    """
+    usual, digits = max(abs(float(value.mid())) for value in values), 0.6 * float(ctx.prec) * math.log(2.0)
+    loose = math.log(float(bound)) - math.log(usual) if usual > 0.0 else 0.0
+    return digits + 2.0 * min(max(loose, 0.0), digits)
 
 
 # bounds at complex angles

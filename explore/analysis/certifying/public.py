@@ -71,8 +71,9 @@ def certify(
     source = results_of(results)
     require_table(request_of(source).mechanism)  # before anything is read
     frame = chosen_designs(source, designs)
-    objectives, _ = choose_objectives(None, None, source.senses, rankable_names(source), source.objectives)
+    objectives: tuple[Objective, ...] = ()
     if designs is None:
+        objectives, _ = choose_objectives(None, None, source.senses, rankable_names(source), source.objectives)
         _require_computed(source, objectives)
     names = [str(name) for name in frame]
     rows = {
