@@ -11,7 +11,7 @@ from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.bounds import ROUNDING
 from explore.evaluation.quadrature.brent import TRIAL, fill_trial_tangents
 from explore.evaluation.quadrature.panels import ANCHOR, COUNT, LAW, VARIANT
-from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, place_nodes, take_panels
+from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, place_nodes, sample_abscissa, take_panels
 from explore.evaluation.quadrature.zeros import MOST_ZEROS, insert
 
 #: Factor on the depth of a dip below its samples, as a parabola tells, which 0 has to be clear of.
@@ -116,29 +116,22 @@ def _mark_change(values, j, marks, width):
         marks[lane] = 1.0 * j if changes else following
 
 
-@subroutine(inlined=True)
-def _place(table, rule, count, j):
-    """Position of a sample of a rule with the two ends, between -1 and 1."""
-    if j == 0 or j == count + 1:
-        return -1.0 if j == 0 else 1.0
-    return -table[rule + j - 1, 0] if 2 * (j - 1) < count else table[rule + count - j, 0]
-
-
 @subroutine()
 def _doubt(tile, rule, table, count):
     """Fill where zeros may be that samples of a row less its level do not show: in a dip, beside an end that is 0."""
     doubts = tile.search[_DOUBT : _DOUBT + LANES]
     doubts[:] = 0.0
-    first, second = 1.0 + _place(table, rule, count, 1), 1.0 + _place(table, rule, count, 2)
+    first, second = 1.0 + sample_abscissa(table, rule, count, 1), 1.0 + sample_abscissa(table, rule, count, 2)
     for side, end, step in ((_FIRST_END, 0, LANES), (_LAST_END, (count + 1) * LANES, -LANES)):
         _doubt_end(
             tile.roots[end:], tile.roots[end + step :], tile.roots[end + 2 * step :], tile.weights[end:],
             tile.weights[end + step :], first, second - first, side, doubts,
         )  # fmt: skip
     for j in range(1, count + 1):
-        before = _place(table, rule, count, j) - _place(table, rule, count, j - 1)
-        after = _place(table, rule, count, j + 1) - _place(table, rule, count, j)
-        _doubt_sample(tile.roots[(j - 1) * LANES :], tile.weights[j * LANES :], before, after, doubts)
+        place = sample_abscissa(table, rule, count, j)
+        to_left = place - sample_abscissa(table, rule, count, j - 1)
+        to_right = sample_abscissa(table, rule, count, j + 1) - place
+        _doubt_sample(tile.roots[(j - 1) * LANES :], tile.weights[j * LANES :], to_left, to_right, doubts)
 
 
 @subroutine(no_alias=True)
@@ -218,8 +211,8 @@ def _next_brackets(tile, rule, table, count, lanes):
             is_end = (j == 2 and abs(before) <= at_before) or (j == count + 2 and abs(here) <= at_here)
             is_rounding = is_end or (abs(before) <= at_before and abs(here) <= at_here)
             if not is_rounding:
-                state[_X1 + lane] = _place(table, rule, count, j - 2)
-                state[_X2 + lane] = _place(table, rule, count, j - 1)
+                state[_X1 + lane] = sample_abscissa(table, rule, count, j - 2)
+                state[_X2 + lane] = sample_abscissa(table, rule, count, j - 1)
                 state[_F1 + lane], state[_F2 + lane] = before, here
                 state[_SHARE + lane], state[_ACTIVE + lane], any_left = before / (before - here), 1.0, True
                 break

@@ -20,7 +20,7 @@ from explore.evaluation.quadrature.brent import (
     start_lane,
 )
 from explore.evaluation.quadrature.equispaced import abscissa
-from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCALE
+from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCALE, sample_abscissa
 
 #: Factor on the drop of a parabola below a local minimum, which may win if this reaches the least sample.
 _DROP_MARGIN = 8.0
@@ -36,17 +36,6 @@ AT_END = 2.0
 # Rows of the state after those of Brent's method: least sample, next sample to look at, result.
 LEAST, NEXT, RESULT = ((BRENT_ROWS + row) * LANES for row in range(3))
 STATE_SIZE = (BRENT_ROWS + 3) * LANES
-
-
-@subroutine(inlined=True)
-def _abscissa(table, row, count, j):
-    """Abscissa of sample j of a rule with the two ends, between -1 and 1."""
-    if j == 0:
-        return -1.0
-    if j == count + 1:
-        return 1.0
-    k = j - 1
-    return -table[row + k, 0] if 2 * k < count else table[row + count - 1 - k, 0]
 
 
 @subroutine(no_alias=True)
@@ -74,7 +63,10 @@ def _neighbours(is_turn, count, table, rule, j):
     """Abscissas of a sample between the ends, and of those before and after it."""
     if is_turn:
         return abscissa(count, j - 2), abscissa(count, j - 1), abscissa(count, j)
-    return _abscissa(table, rule, count, j - 1), _abscissa(table, rule, count, j), _abscissa(table, rule, count, j + 1)
+    return (
+        sample_abscissa(table, rule, count, j - 1), sample_abscissa(table, rule, count, j),
+        sample_abscissa(table, rule, count, j + 1),
+    )  # fmt: skip
 
 
 @subroutine(no_alias=True)
@@ -100,26 +92,24 @@ def _mark_inside(values, j, a, x, b, least, following, marks, width):
 def _mark_candidates(is_turn, values, least, count, table, rule, marks):
     """Fill for each sample the number of the next one from it on at which a lane starts; behind the last for none."""
     width, last = len(least), count + 1
-    none, first = marks[(last + 1) * LANES : (last + 2) * LANES], marks[:LANES]
-    none[:] = 1.0 * (last + 1)
-    marks[last * LANES : (last + 1) * LANES] = 1.0 * (last + 1)
-    x1, x2 = 1.0 + _abscissa(table, rule, count, 1), 1.0 + _abscissa(table, rule, count, 2)
-    x3, x4 = 1.0 + _abscissa(table, rule, count, 3), 1.0 + _abscissa(table, rule, count, 4)
+    marks[last * LANES : (last + 2) * LANES] = 1.0 * (last + 1)
+    x1, x2 = 1.0 + sample_abscissa(table, rule, count, 1), 1.0 + sample_abscissa(table, rule, count, 2)
+    x3, x4 = 1.0 + sample_abscissa(table, rule, count, 3), 1.0 + sample_abscissa(table, rule, count, 4)
     if not is_turn:
         _mark_end(
             values[last * LANES : (last + 1) * LANES], values[(last - 1) * LANES :], values[(last - 2) * LANES :],
-            values[(last - 3) * LANES :], values[(last - 4) * LANES :], x1, x2, x3, x4, 1.0 * last, none,
-            marks[last * LANES :],
+            values[(last - 3) * LANES :], values[(last - 4) * LANES :], x1, x2, x3, x4, 1.0 * last,
+            marks[(last + 1) * LANES :], marks[last * LANES :],
         )  # fmt: skip
     for j in range(count, 0, -1):
         a, x, b = _neighbours(is_turn, count, table, rule, j)
         _mark_inside(values[(j - 1) * LANES :], j, a, x, b, least, marks[(j + 1) * LANES :], marks[j * LANES :], width)
     for lane in range(LANES):
-        first[lane] = marks[LANES + lane]
+        marks[lane] = marks[LANES + lane]
     if not is_turn:
         _mark_end(
             values[:LANES], values[LANES:], values[2 * LANES :], values[3 * LANES :], values[4 * LANES :],
-            x1, x2, x3, x4, 0.0, marks[LANES:], first,
+            x1, x2, x3, x4, 0.0, marks[LANES:], marks,
         )  # fmt: skip
 
 
@@ -138,7 +128,7 @@ def _start_at_end(shape, values, count, table, rule, state, lane, j):
     """Make an end of the panel the lane's candidate."""
     next_to_end = 1 if j == 0 else count
     direction = shape[TILE_HALF + lane] if j == 0 else -shape[TILE_HALF + lane]
-    end, inner = shape[TILE_CENTRE + lane] - direction, 1.0 + _abscissa(table, rule, count, 1)
+    end, inner = shape[TILE_CENTRE + lane] - direction, 1.0 + sample_abscissa(table, rule, count, 1)
     state[BEST + lane], state[AT_BEST + lane] = end, values[j * LANES + lane]
     state[STEP + lane] = direction * inner
     state[SECOND + lane], state[AT_SECOND + lane] = end + direction * inner, values[next_to_end * LANES + lane]
@@ -170,16 +160,17 @@ def _take_sample(sample, sign, values, least):
 
 
 @subroutine()
-def _look_inside(fill, constants, shape, anchor, law, variant, needs, row, sign, state, tangents, signals):
+def _look_inside(fill, anchor, law, variant, needs, row, sign, tile):
     """Look at points ever nearer to the ends that are candidates, and start the lanes where one is below the end."""
+    state = tile.state
     for look in _LOOKS:
         for lane in range(LANES):
             is_at_end = state[ACTIVE + lane] == AT_END
             state[TRIAL + lane] = state[BEST + lane] + (look * state[STEP + lane] if is_at_end else 0.0)
-        fill_trial_tangents(shape, state, tangents)
-        fill(constants, tangents, anchor, law, variant, 1, needs, signals)
+        fill_trial_tangents(tile.shape, state, tile.node)
+        fill(tile.constants, tile.node, anchor, law, variant, 1, needs, tile.node_signals)
         for lane in range(LANES):
-            _take_look(state, lane, state[TRIAL + lane], sign * signals[row * LANES + lane])
+            _take_look(state, lane, state[TRIAL + lane], sign * tile.node_signals[row * LANES + lane])
     for lane in range(LANES):
         _take_look(state, lane, state[BEST + lane], state[AT_BEST + lane])
     for lane in range(LANES):
@@ -211,10 +202,7 @@ def find_minimum(fill, rows, anchor, law, variant, needs, row, sign, count, tabl
         if not working:
             return
         if at_end:
-            _look_inside(
-                fill, tile.constants, shape, anchor, law, variant, needs, row, sign, state, tile.node,
-                tile.node_signals,
-            )  # fmt: skip
+            _look_inside(fill, anchor, law, variant, needs, row, sign, tile)
         minimise(
             fill, tile.constants, shape, anchor, law, variant, needs, row, sign, state, tile.node, tile.node_signals
         )  # fmt: skip

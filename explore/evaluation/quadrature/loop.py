@@ -98,11 +98,8 @@ def _sample_window(
                 fill, disturbed_fill, sizes, tables, w, work.starts[k], work.starts[k + 1], ends, pieces, extremes,
                 rare, work, tile, sums,
             )  # fmt: skip
-        collect(
-            work.bounds, work.panels, 0 if tables.is_adaptive or pieces else count, has_turns, n,
-            regular and number == 0, per_design, work.live, work.first_panel, work.panel_count, stride,
-            2.0 if ends else 0.0, work.averaging, work.rest, work.noise,
-        )  # fmt: skip
+        modelled = 0 if tables.is_adaptive or pieces else count
+        collect(work, modelled, has_turns, n, regular and number == 0, per_design, stride, 2.0 if ends else 0.0)
         _merge_rows(n, regular and number == 0, per_design, stride, tables.flags, w, work, sums)
         if tables.is_adaptive:
             if rare is not None:

@@ -72,22 +72,24 @@ def _add_regular(b, panels, n, part, panel_count, ends):
 
 
 @subroutine()
-def collect(
-    b, panels, total, has_turns, n, regular, per_design, live, first_panel, panel_count, stride, ends, averaging, rest,
-    noise,
-):  # fmt: skip
-    """Fill lengths, noise, node counts and errors of the model of the live designs, `regular` as in `merge_regular`."""
+def collect(work, total, has_turns, n, regular, per_design, stride, ends):
+    """Fill lengths, noise, node counts and errors of the model of the live designs.
+
+    `total` panels have a model; `regular` tells that panel p of the live design j has the number ``p * n + j``; `ends`
+    are the samples of a panel beside its nodes, which a turn has not.
+    """
+    b, panels, live, panel_count = work.bounds, work.panels, work.live, work.panel_count
     model_errors(panels, total)
     if has_turns:
         model_equispaced(panels, total // 2)
-    _collect_designs(b, n, live, averaging, rest, noise)
+    _collect_designs(b, n, live, work.averaging, work.rest, work.noise)
     if regular:
         for part in range(per_design):
             _add_regular(b, panels, n, part, panel_count, ends)
         return
     for j in range(n):
         for part in range(panel_count[live[j]]):
-            _add_panel(b, panels, j, first_panel[live[j]] + part * stride, True, ends)
+            _add_panel(b, panels, j, work.first_panel[live[j]] + part * stride, True, ends)
 
 
 @subroutine(no_alias=True)

@@ -99,7 +99,7 @@ def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, er
 
 @subroutine()
 def _map_window(tables, w, is_whole, count, work):
-    """Map the panels of a window; where all turns are whole no design keeps its halves, of which the length counts."""
+    """Map the panels of a window; `is_whole`: no design keeps the halves of its turn, only their lengths are used."""
     if is_whole:
         for k in range(count):
             work.panels[LENGTH + k] = math.pi

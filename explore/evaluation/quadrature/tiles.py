@@ -90,6 +90,14 @@ def place_nodes(shape, count, ends, row_of, table, tangents, weights):
 
 
 @subroutine(inlined=True)
+def sample_abscissa(table, rule, count, j):
+    """Abscissa of sample j of a rule with the two ends, between -1 and 1."""
+    if j == 0 or j == count + 1:
+        return -1.0 if j == 0 else 1.0
+    return -table[rule + j - 1, 0] if 2 * (j - 1) < count else table[rule + count - j, 0]
+
+
+@subroutine(inlined=True)
 def _four_nodes(signals, rows, s, j, last):
     """One signal at four nodes from node j on; at the last one instead of those that are none."""
     first, second = signals[(j * rows + s) * LANES :], signals[(min(j + 1, last) * rows + s) * LANES :]
