@@ -8,8 +8,7 @@ from numba import float64, int64, void
 from scipy.optimize import brentq, minimize_scalar
 
 from explore.base.compiling import FILL_SIGNATURE, LANES, compiled, function_type
-from explore.evaluation.quadrature import corners
-from explore.evaluation.quadrature.extremes import RESULT, find_minimum
+from explore.evaluation.quadrature.extremes import RESULT, _mark_end, find_minimum
 from explore.evaluation.quadrature.hand_over import HAND_OVER_SIZE, find_hand_overs
 from explore.evaluation.quadrature.panels import (
     ANCHOR,
@@ -203,6 +202,17 @@ def test_an_extreme_close_to_the_end_of_a_panel_is_found(past, count):
         assert largest == pytest.approx(np.full(LANES, 1.75), rel=0.0, abs=5e-14 if count == 8 else 2e-15)
 
 
+def test_an_end_where_a_cubic_falls_before_it_rises_is_a_candidate():
+    """It is concave at the end, and 0 there and below 0 from 0.0011 to 0.0089; its first sample is at 0.01."""
+    places = np.array([0.01, 0.05, 0.1, 0.2])
+    values = [np.full(LANES, x * (1e-3 - x + 100.0 * x * x) / 0.01) for x in (0.0, *places)]
+    marks = np.zeros(LANES)
+    _mark_end(*values, *places, 5.0, np.full(LANES, 7.0), marks)
+    assert (marks == 5.0).all()
+    _mark_end(values[0], *(value + 1.0 for value in values[1:]), *places, 5.0, np.full(LANES, 7.0), marks)
+    assert (marks == 7.0).all()
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize(("step", "is_searched"), [(2.0**-51, False), (1e-12, True)])
 def test_a_minimum_of_rounding_is_not_searched(step, is_searched, sign):
@@ -257,42 +267,3 @@ def test_clutches_hand_over_where_the_rates_are_equal():
         assert stop - start == pytest.approx(periods[lane], rel=0.0, abs=2e-15)
     symmetric = 2.0 * np.arctan(first[:4])
     assert symmetric == pytest.approx(centre[:4] - 0.5 * periods[:4], rel=0.0, abs=2e-15)
-
-
-@pytest.mark.parametrize("gap", [-1e-6, -1e-3, 0.0])
-def test_a_dip_that_may_reach_zero_between_samples_is_doubtful(gap):
-    """Parabolas whose samples at -0.1, 0 and 0.1 are above 0 and whose vertex, between them, is not."""
-    vertices = np.linspace(-0.04, 0.04, LANES)
-    samples = np.concatenate([(x - vertices) ** 2 + gap * vertices**2 for x in (-0.1, 0.0, 0.1)])
-    doubts = np.zeros(LANES)
-    corners._doubt_sample(samples, np.full(LANES, 1e-18), 0.1, 0.1, doubts)
-    assert (doubts == corners._DIP).all()
-    doubts[:] = 0.0
-    corners._doubt_sample(samples + 0.1, np.full(LANES, 1e-18), 0.1, 0.1, doubts)
-    assert (doubts == 0.0).all()
-
-
-@pytest.mark.parametrize(("slope", "is_doubtful"), [(-1e-3, True), (0.0, True), (1.0, False)])
-def test_an_end_that_is_zero_is_doubtful_where_the_signal_may_turn_back(slope, is_doubtful):
-    """A parabola from 0 but for rounding at the end, with samples at 0.02 and 0.08 from it."""
-    end, near, second = (np.full(LANES, slope * x + x * x + 5e-16) for x in (0.0, 0.02, 0.08))
-    roundings, doubts = np.full(LANES, 1e-15), np.zeros(LANES)
-    corners._doubt_end(end, near, second, roundings, roundings, 0.02, 0.06, 1.0, doubts)
-    assert (doubts == float(is_doubtful)).all()
-
-
-@pytest.mark.parametrize("power", [1, 3, 9])
-def test_brackets_are_narrowed_to_the_last_bit(power):
-    """Of signals that cross 0 ever flatter; a quadratic step alone does not end there."""
-    roots, state = np.linspace(-0.9, 0.8, LANES), np.zeros(corners.SEARCH_SIZE)
-    signal = lambda x: np.sign(x - roots) * np.abs(np.exp(x) - np.exp(roots)) ** power  # noqa: E731
-    rows = [state[row : row + LANES] for row in (corners._X1, corners._X2, corners._F1, corners._F2)]
-    x1, x2, f1, f2 = rows
-    x1[:], x2[:] = -1.0, 1.0
-    f1[:], f2[:] = signal(x1), signal(x2)
-    share, active = (state[row : row + LANES] for row in (corners._SHARE, corners._ACTIVE))
-    share[:], active[:] = 0.5, 1.0
-    for _ in range(80):
-        corners._update(state, signal(x1 + share * (x2 - x1)), 0.0, LANES)
-    assert (active == 0.0).all()
-    assert np.abs(x1 - roots).max() <= 1e-15
