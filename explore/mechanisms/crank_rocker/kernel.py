@@ -12,17 +12,17 @@ _NAN = math.nan
 
 
 @subroutine(contract=True, inlined=True)
-def fill_closed_form(record, parameters, metrics, middle_row):
-    """Fill the constants of `rocking`, status and metrics, and the mid-angle, rad, in a row of its own if there is one.
+def fill_closed_form(record, parameter_offset, metric_offset, middle_row):
+    """Fill the constants of `rocking`, status and metrics, and the mid-angle, rad, in `middle_row`, -1 for nowhere.
 
-    The rows from the number of linkages to the branch are so many `parameters` further down than in `Row`, and those of
-    the metrics so many `metrics`. They are of one array, and the loop is here, or it would not vectorise.
+    The offsets are numbers of rows by which those from N_LINKAGES to BRANCH, and the metrics, are further down than in
+    `Row`. The loop over lanes is here, and the record one array, or it would not vectorise.
     """
     for lane in range(LANES):
-        own, closed = parameters * LANES + lane, metrics * LANES + lane
-        crank, coupler = record[Row.CRANK * LANES + own], record[Row.COUPLER * LANES + own]
-        rocker, ground = record[Row.ROCKER * LANES + own], record[Row.GROUND * LANES + own]
-        branch = record[Row.BRANCH * LANES + own]
+        given, metric = parameter_offset * LANES + lane, metric_offset * LANES + lane
+        crank, coupler = record[Row.CRANK * LANES + given], record[Row.COUPLER * LANES + given]
+        rocker, ground = record[Row.ROCKER * LANES + given], record[Row.GROUND * LANES + given]
+        branch = record[Row.BRANCH * LANES + given]
         linkage_class, margin, status = rocking.prepare(crank, coupler, rocker, ground, branch, record, lane)
         swing, middle, time_ratio = rocking.solve_limit_positions(crank, coupler, rocker, ground, branch, record, lane)
         rocks, turns = linkage_class == four_bar.CRANK_ROCKER, linkage_class <= four_bar.DOUBLE_CRANK
@@ -30,16 +30,16 @@ def fill_closed_form(record, parameters, metrics, middle_row):
         q_least, q_largest = record[four_bar.Q_LEAST * LANES + lane], record[four_bar.Q_LARGEST * LANES + lane]
         smallest = four_bar.transmission_angle(p_least, q_largest)
         largest = four_bar.transmission_angle(p_largest, q_least)
-        record[Row.N_LINKAGES * LANES + own] = record[Row.PHASES * LANES + own]
-        record[Row.STATUS * LANES + own] = status
-        record[Row.LINKAGE_CLASS * LANES + closed] = linkage_class
-        record[Row.GRASHOF_MARGIN * LANES + closed] = margin
-        record[Row.SWING_ANGLE * LANES + closed] = swing * _DEGREES if rocks else _NAN
-        record[Row.MID_ANGLE * LANES + closed] = middle * _DEGREES if rocks else _NAN
-        record[Row.TIME_RATIO * LANES + closed] = time_ratio if rocks else _NAN
-        record[Row.MEAN_OUTPUT_RATIO * LANES + closed] = swing / (2.0 * math.pi) if rocks else _NAN
-        record[Row.TRANSMISSION_ANGLE_MIN * LANES + closed] = smallest * _DEGREES if turns else _NAN
-        record[Row.TRANSMISSION_ANGLE_MAX * LANES + closed] = largest * _DEGREES if turns else _NAN
+        record[Row.N_LINKAGES * LANES + given] = record[Row.PHASES * LANES + given]
+        record[Row.STATUS * LANES + given] = status
+        record[Row.LINKAGE_CLASS * LANES + metric] = linkage_class
+        record[Row.GRASHOF_MARGIN * LANES + metric] = margin
+        record[Row.SWING_ANGLE * LANES + metric] = swing * _DEGREES if rocks else _NAN
+        record[Row.MID_ANGLE * LANES + metric] = middle * _DEGREES if rocks else _NAN
+        record[Row.TIME_RATIO * LANES + metric] = time_ratio if rocks else _NAN
+        record[Row.MEAN_OUTPUT_RATIO * LANES + metric] = swing / (2.0 * math.pi) if rocks else _NAN
+        record[Row.TRANSMISSION_ANGLE_MIN * LANES + metric] = smallest * _DEGREES if turns else _NAN
+        record[Row.TRANSMISSION_ANGLE_MAX * LANES + metric] = largest * _DEGREES if turns else _NAN
         if middle_row >= 0:
             record[middle_row * LANES + lane] = middle
 

@@ -187,17 +187,16 @@ def _status(rod, margin, excess):
 
 
 @subroutine(inlined=True)
-def close_designs(record, lengths, metrics):
-    """Fill sums, dead centres, margins, angles and status.
+def close_designs(record, length_offset, metric_offset):
+    """Fill sums, dead centres, margins, angles and status. Metrics are in declared units, NaN where undefined.
 
-    Metrics are in declared units, NaN where undefined. The rows of status and lengths are so many `lengths` further
-    down than in `Row`, and those of the metrics so many `metrics`. They are of one array, and the loop is here, or it
-    would not vectorise.
+    The offsets are numbers of rows by which status and lengths, and the metrics, are further down than in `Row`. The
+    loop over lanes is here, and the record one array, or it would not vectorise.
     """
     for lane in range(LANES):
-        own, closed = lengths * LANES + lane, metrics * LANES + lane
-        crank, rod = record[Row.CRANK * LANES + own], record[Row.ROD * LANES + own]
-        offset = record[Row.OFFSET * LANES + own]
+        given, metric = length_offset * LANES + lane, metric_offset * LANES + lane
+        crank, rod = record[Row.CRANK * LANES + given], record[Row.ROD * LANES + given]
+        offset = record[Row.OFFSET * LANES + given]
         a, b = exact_sum(rod, -crank, -offset, 0.0), exact_sum(rod, -crank, offset, 0.0)
         p, q = exact_sum(rod, crank, offset, 0.0), exact_sum(rod, crank, -offset, 0.0)
         margin, width = a if a < b else b, p if p > q else q
@@ -216,14 +215,14 @@ def close_designs(record, lengths, metrics):
         record[Row.SINGULAR_BELOW * LANES + lane] = math.sqrt(a / q)
         # The terms of x' exceed it by at most twice r x/y, and x <= 2 y.
         record[Row.NOISE * LANES + lane] = 4.0 * crank / rod
-        record[Row.STROKE * LANES + closed] = stroke if turns else _NAN
-        record[Row.TIME_RATIO * LANES + closed] = (math.pi + imbalance) / (math.pi - imbalance) if turns else _NAN
-        record[Row.OUTER_ANGLE * LANES + closed] = arctangent(offset, outer) * _DEGREES if turns else _NAN
-        record[Row.INNER_ANGLE * LANES + closed] = 180.0 + arctangent(offset, inner) * _DEGREES if turns else _NAN
-        record[Row.PRESSURE_ANGLE_MAX * LANES + closed] = arctangent(reach, rise) * _DEGREES if turns else _NAN
-        record[Row.TRANSMISSION_ANGLE_MIN * LANES + closed] = arctangent(rise, reach) * _DEGREES if turns else _NAN
-        record[Row.TURNING_MARGIN * LANES + closed] = margin
-        record[Row.STATUS * LANES + own] = status
+        record[Row.STROKE * LANES + metric] = stroke if turns else _NAN
+        record[Row.TIME_RATIO * LANES + metric] = (math.pi + imbalance) / (math.pi - imbalance) if turns else _NAN
+        record[Row.OUTER_ANGLE * LANES + metric] = arctangent(offset, outer) * _DEGREES if turns else _NAN
+        record[Row.INNER_ANGLE * LANES + metric] = 180.0 + arctangent(offset, inner) * _DEGREES if turns else _NAN
+        record[Row.PRESSURE_ANGLE_MAX * LANES + metric] = arctangent(reach, rise) * _DEGREES if turns else _NAN
+        record[Row.TRANSMISSION_ANGLE_MIN * LANES + metric] = arctangent(rise, reach) * _DEGREES if turns else _NAN
+        record[Row.TURNING_MARGIN * LANES + metric] = margin
+        record[Row.STATUS * LANES + given] = status
 
 
 @compiled(CLOSE_SIGNATURE)
