@@ -187,6 +187,17 @@ def test_tails_of_turns_are_looked_at(monkeypatch):
     assert list(checked > unchecked) == [True, True, True, False]
 
 
+def test_extremes_of_a_turn_take_no_nodes_at_ends():
+    """A panel of a stroke has both of its ends as further nodes."""
+    designs = {"crank": 100.0, "coupler": [1083.4236, 1000.0], "rocker": 541.7118, "ground": [720.0, 700.0]}
+    designs = {name: np.resize(values, 2) for name, values in designs.items()}
+    moments, both = (
+        turns(designs, [f"coupler_acceleration_{each}" for each in names], 1e-9)["nodes"]
+        for names in (["rms"], ["rms", "max"])
+    )
+    assert both.tolist() == moments.tolist()
+
+
 def test_a_turn_takes_no_longer_than_two_graded_halves(monkeypatch):
     rng = np.random.default_rng(2)
     lengths = rng.uniform((50, 500, 200, 300), (150, 1300, 660, 830), (400, 4)).T
