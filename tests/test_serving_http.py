@@ -650,7 +650,9 @@ def test_a_stop_or_a_kill_in_a_sweep_loses_nothing_and_watchers_come_back(tmp_pa
     assert server.stop() == 0
 
 
-@pytest.mark.parametrize("url", ["http://[::1", "http://x:99999", "ftp://x", "x", "http://", "http://me:word@127.0.0.1:8765"])
+@pytest.mark.parametrize(
+    "url", ["http://[::1", "http://x:99999", "ftp://x", "x", "http://", "http://me:word@127.0.0.1:8765"]
+)
 def test_addresses_that_are_none(url):
     with pytest.raises(RequestError, match="is no address of a service; write one such as"):
         explore.Service(url)
