@@ -108,6 +108,7 @@ def test_splitting_into_blocks_changes_no_bit():
 @pytest.mark.parametrize("order", ["speed fastest", "speed slowest"])
 def test_speeds_share_one_kinematic_evaluation(order):
     designs = random_designs(200)
+    designs["crank"] = np.round(designs["crank"], -1)  # the same for many geometries, as in a grid
     speeds = np.array([0.5, 1.0, 7.25])
     if order == "speed fastest":
         repeated = {k: np.repeat(v, 3) for k, v in designs.items()} | {"speed": np.tile(speeds, 200)}
