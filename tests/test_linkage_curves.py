@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from linkage_cases import CASES, values_of, with_loads
+from linkage_cases import BOOM, BOOM_LENGTHS, CASES, values_of, with_loads
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
@@ -301,3 +301,20 @@ def test_loads_that_cannot_have_a_curve_are_refused(loads, problem):
     with pytest.raises(ConfigError) as error:
         with_loads(CASE, loads | {"curves": {"cut": {"over": "ram", "points": POINTS}}})
     assert f"linkage.loads.{problem}" in str(error.value)
+
+
+@pytest.mark.parametrize("window", [{"from": 170, "to": 180}, {"from": 180, "to": 190}, {"from": 0, "to": 180}])
+def test_extremes_at_the_ends_of_a_window_have_their_rounding(window):
+    """A stop that begins where the travel of a driven pin ends: its force there is 0, by rounding 1e-7 of 5 kN."""
+    signals, found = ("P_force_on_boom_x", "P_force_on_boom_y", "drive_force"), []
+    for force in (5000.0, 0.0):
+        curve = {"over": "cylinder", "points": [[110, 0], [110.0001, force]]}
+        loads = {"forces": {"P": ["stop", "-2 * stop"]}, "masses": {"P": 1.0}, "gravity": [0, -9.81]}
+        linkage = Linkage(BOOM | {"output": "boom", "loads": loads | {"curves": {"stop": curve}}})
+        metrics = [f"{signal}_{end}" for signal in signals for end in ("min", "max")]
+        found.append(explore.evaluate(linkage, BOOM_LENGTHS, metrics=metrics, window=window).iloc[0])
+    row, true = found
+    for signal in signals:
+        size = max(abs(true[f"{signal}_min"]), abs(true[f"{signal}_max"]))
+        for end in ("min", "max"):
+            assert abs(row[f"{signal}_{end}"] - true[f"{signal}_{end}"]) <= row["error"] * size, signal

@@ -1,9 +1,9 @@
 """Rounding errors of signals, from samples whose operations are disturbed; see `explore.base.lanes.disturbance`.
 
-Every few nodes of a panel are sampled once more, disturbed. An amplification is the change of a sample over the
-disturbance: what a relative error of each operation is multiplied by. Over a window the mean square counts relative to
-that of the signal, for extremes the largest one relative to the largest sample, too. Nodes stand closer than
-singularities are far, and amplifications are as smooth as signals.
+Every few nodes of a panel, and its last one, are sampled once more, disturbed. An amplification is the change of a
+sample over the disturbance: what a relative error of each operation is multiplied by. Over a window the mean square
+counts relative to that of the signal, for extremes the largest one relative to the largest sample, too. Nodes stand
+closer than singularities are far, and amplifications are as smooth as signals.
 """
 
 import math
@@ -27,7 +27,7 @@ def fill_roundings(disturbed_fill, sizes, tables, w, anchor, law, variant, count
     rows, used = sizes.rows, (count + STRIDE - 1) // STRIDE
     for j in range(used):
         for lane in range(LANES):
-            tile.few_tangents[j * LANES + lane] = tile.tangents[j * STRIDE * LANES + lane]
+            tile.few_tangents[j * LANES + lane] = tile.tangents[_node(j, used, count) * LANES + lane]
     disturbed_fill(
         tile.constants, tile.few_tangents, anchor, law, variant, used, tables.needs[w], tile.disturbed
     )  # fmt: skip
@@ -37,12 +37,18 @@ def fill_roundings(disturbed_fill, sizes, tables, w, anchor, law, variant, count
             continue
         totals, plain = tile.disturbed[s * LANES :], signals[s * LANES :]
         if tables.flags[w, s] & FLAG_EXTREMES:
-            _store_largest(s, rows, used, lanes, scale, signals, tile, sums)
+            _store_largest(s, rows, used, count, lanes, scale, signals, tile, sums)
         for j in range(used):
-            _add_squares(j, totals[j * rows * LANES :], plain[j * STRIDE * rows * LANES :], totals)
+            _add_squares(j, totals[j * rows * LANES :], plain[_node(j, used, count) * rows * LANES :], totals)
         for lane in range(lanes):
             square = totals[lane] * scale / used
             sums.roundings[s * PANEL_CAPACITY + tile.lane_panels[lane]] = square if square == square else math.inf
+
+
+@subroutine(inlined=True)
+def _node(j, used, count):
+    """The node that is sampled once more as number j: the last one too, for extremes at the end of a window."""
+    return j * STRIDE if j + 1 < used else count - 1
 
 
 @subroutine(inlined=True)
@@ -54,12 +60,12 @@ def _add_squares(j, disturbed, plain, totals):
 
 
 @subroutine()
-def _store_largest(s, rows, used, lanes, scale, signals, tile, sums):
+def _store_largest(s, rows, used, count, lanes, scale, signals, tile, sums):
     """Store the squares of the largest amplification and of the largest sample of a row, for each panel of a tile."""
     for lane in range(lanes):
         most, largest = 0.0, 0.0
         for j in range(used):
-            plain = signals[(j * STRIDE * rows + s) * LANES + lane]
+            plain = signals[(_node(j, used, count) * rows + s) * LANES + lane]
             change = tile.disturbed[(j * rows + s) * LANES + lane] - plain
             # not a number where a disturbed design has no motion
             most = most if change * change <= most else change * change
