@@ -5,7 +5,6 @@ sources. Lengths in mm, forces in N, stresses in MPa; torques and moments of the
 """
 
 import math
-from operator import truediv
 
 import numpy as np
 
@@ -42,6 +41,10 @@ SIZING_PARAMETERS = (
     _sizing_parameter("built_pin", "mm", "diameter of the pins as built"),
     _sizing_parameter("built_shaft", "mm", "diameter of the eccentric shaft as built"),
 )
+
+
+def _peak(low: FloatArray, high: FloatArray) -> FloatArray:
+    return np.maximum(np.abs(low), np.abs(high))
 
 
 def _distortion(variance: FloatArray, deviation: FloatArray, cosine: FloatArray, sine: FloatArray) -> FloatArray:
@@ -81,34 +84,63 @@ def _fatigue(
     return np.asarray(sizing.fatigue_factor(amplitude, mean, endurance, tensile, strength, notch))
 
 
+def _life(load: FloatArray, count: FloatArray, rating: FloatArray, speed: FloatArray) -> FloatArray:
+    return np.asarray(sizing.bearing_life_hours(rating, load / count, speed * 30.0 / np.pi))
+
+
+def _shaft_diameter(load: FloatArray, torque: FloatArray, arm: FloatArray, stress: FloatArray) -> FloatArray:
+    return np.asarray(sizing.shaft_diameter(sizing.shaft_moment(load, arm), _MM * torque, stress))
+
+
+def _shaft_stress(load: FloatArray, torque: FloatArray, arm: FloatArray, diameter: FloatArray) -> FloatArray:
+    return np.asarray(sizing.shaft_stress(sizing.shaft_moment(load, arm), _MM * torque, diameter))
+
+
+def _rocker_height(moment: FloatArray, axial: FloatArray, stress: FloatArray, thickness: FloatArray) -> FloatArray:
+    return np.asarray(sizing.rocker_height(_MM * moment, axial, stress, thickness))
+
+
+def _rocker_stress(moment: FloatArray, axial: FloatArray, thickness: FloatArray, height: FloatArray) -> FloatArray:
+    return np.asarray(sizing.rocker_stress(_MM * moment, axial, thickness, height))
+
+
+def _safety(stress: FloatArray, strength: FloatArray) -> FloatArray:
+    return strength / stress
+
+
 def _shear_safety(stress: FloatArray, strength: FloatArray) -> FloatArray:
     """Safety against yield in shear, which begins at the yield strength over the root of 3 (von Mises)."""
     return strength / (math.sqrt(3.0) * stress)
 
 
 _PEAKS = tuple(
-    Formula(f"{name}_peak", unit, f"largest magnitude of {words}", "min", (f"{name}_min", f"{name}_max"),
-            lambda low, high: np.maximum(np.abs(low), np.abs(high)), selects_one=True)
+    Formula(
+        f"{name}_peak",
+        unit,
+        f"largest magnitude of {words}",
+        "min",
+        (f"{name}_min", f"{name}_max"),
+        _peak,
+        selects_one=True,
+    )
     for name, unit, words in (
         ("coupler_force", "N", "the force along the coupler"),
         ("rocker_axial_force", "N", "the force along the rocker"),
         ("rocker_moment", "N m", "the rocker's root moment"),
         ("drive_torque", "N m", "the drive torque"),
     )
-)  # fmt: skip
+)
 _SIZES = (
     Formula("rod_diameter", "mm", "outer diameter of the coupler's rod", "min",
             ("coupler_force_peak", "allowed_stress", "hollow_ratio"), sizing.rod_diameter),
     Formula("sleeve_diameter", "mm", "outer diameter of a sleeve around the rod", "min",
             ("coupler_force_peak", "allowed_stress", "rod_diameter"), sizing.sleeve_diameter),
     Formula("rocker_height", "mm", "height of the rocker's plates, both peaks taken at once", "min",
-            ("rocker_moment_peak", "rocker_axial_force_peak", "allowed_stress", "plate_thickness"),
-            lambda moment, axial, stress, thickness: sizing.rocker_height(_MM * moment, axial, stress, thickness)),
+            ("rocker_moment_peak", "rocker_axial_force_peak", "allowed_stress", "plate_thickness"), _rocker_height),
     Formula("pin_diameter", "mm", "diameter of a pin in double shear", "min",
             ("pin_force_peak", "allowed_shear"), sizing.pin_diameter),
     Formula("shaft_diameter", "mm", "diameter of the eccentric shaft, both peaks taken at once", "min",
-            ("pin_force_peak_b", "drive_torque_peak", "shaft_arm", "allowed_stress"), lambda load, torque, arm, stress:
-            sizing.shaft_diameter(sizing.shaft_moment(load, arm), _MM * torque, stress)),
+            ("pin_force_peak_b", "drive_torque_peak", "shaft_arm", "allowed_stress"), _shaft_diameter),
 )  # fmt: skip
 _ROD_SOURCES = ("built_rod", "allowed_stress")
 _CHECKS = (
@@ -121,21 +153,18 @@ _CHECKS = (
             "endurance_limit", "tensile_strength", "yield_strength", "notch_factor"), _fatigue,
             alternatives=_ROD_SOURCES),
     Formula("bearing_life", "h", "basic rating life of a bearing of the eccentric shaft", "max",
-            ("bearing_mean_force", "bearing_count", "bearing_rating", "speed"),
-            lambda load, count, rating, speed: sizing.bearing_life_hours(rating, load / count, speed * 30.0 / np.pi)),
+            ("bearing_mean_force", "bearing_count", "bearing_rating", "speed"), _life),
     Formula("rod_stress", "MPa", "largest stress of the rod as built", "min",
             ("coupler_force_peak", "built_rod", "hollow_ratio"), sizing.rod_stress),
     Formula("rocker_stress", "MPa", "largest stress of the rocker as built, both peaks taken at once", "min",
-            ("rocker_moment_peak", "rocker_axial_force_peak", "plate_thickness", "built_rocker"),
-            lambda moment, axial, thickness, height: sizing.rocker_stress(_MM * moment, axial, thickness, height)),
+            ("rocker_moment_peak", "rocker_axial_force_peak", "plate_thickness", "built_rocker"), _rocker_stress),
     Formula("pin_stress", "MPa", "largest shear stress of a pin as built", "min",
             ("pin_force_peak", "built_pin"), sizing.pin_shear_stress),
     Formula("shaft_stress", "MPa", "largest equivalent stress of the eccentric shaft as built", "min",
-            ("pin_force_peak_b", "drive_torque_peak", "shaft_arm", "built_shaft"), lambda load, torque, arm, diameter:
-            sizing.shaft_stress(sizing.shaft_moment(load, arm), _MM * torque, diameter)),
+            ("pin_force_peak_b", "drive_torque_peak", "shaft_arm", "built_shaft"), _shaft_stress),
     *(
         Formula(f"{part}_safety", "1", f"yield strength over the {part}'s stress", "max",
-                (f"{part}_stress", "yield_strength"), _shear_safety if part == "pin" else truediv)
+                (f"{part}_stress", "yield_strength"), _shear_safety if part == "pin" else _safety)
         for part in ("rod", "rocker", "pin", "shaft")
     ),
 )  # fmt: skip

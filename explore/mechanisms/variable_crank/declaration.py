@@ -87,6 +87,10 @@ _SIGNALS = (
 )  # fmt: skip
 
 
+def _clearance(curvature: FloatArray, roller_radius: FloatArray) -> FloatArray:
+    return 1.0 / curvature - roller_radius
+
+
 def _along_x(crank_max: FloatArray, rod: FloatArray, crank_outer: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The circle of the longest crank and the slider at its outer dead centre, which is beyond the circle."""
     return -crank_max, rod + crank_outer
@@ -102,8 +106,7 @@ _FORMULAS = (
             ("disc_pivot_force_max_cycle", "crank_pin_force_max_cycle", "slider_pin_force_max_cycle"), largest,
             selects_one=True),
     Formula("groove_clearance", "mm", "smallest radius of curvature of the groove, less that of the roller", "max",
-            ("groove_curvature_peak_cycle", "roller_radius"),
-            lambda curvature, roller: 1.0 / curvature - roller),
+            ("groove_curvature_peak_cycle", "roller_radius"), _clearance),
     *fixed_crank.FORMULAS,
     *declare_size("the slider's line", ("crank_max_cycle", "rod", "crank_outer"), Extent("x", _along_x),
                   Extent("y", _along_y)),

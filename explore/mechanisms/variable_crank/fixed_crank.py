@@ -15,7 +15,6 @@ crank, which is that at the inner dead centre.
 import math
 from collections.abc import Callable
 from functools import partial
-from operator import truediv
 
 import numpy as np
 import numpy.typing as npt
@@ -77,6 +76,10 @@ def _share(
     return fixed_crank_share(crank_per_length * length, rod, wanted, speed, deviation)
 
 
+def _gain(share: FloatArray, fixed: FloatArray) -> FloatArray:
+    return share / fixed
+
+
 def _declare(percent: int, kind: str, length: str, crank_per_length: float) -> tuple[Formula, Formula]:
     """The share of a fixed crank, and how many times as large that of the variable crank is."""
     name = f"fixed_crank_speed_share_{percent}_equal_{kind}"
@@ -85,7 +88,7 @@ def _declare(percent: int, kind: str, length: str, crank_per_length: float) -> t
         Formula(name, "1", f"{text}, of a fixed crank of equal {kind}", "max",
                 (length, "rod", "slider_speed", "speed"), partial(_share, 0.01 * percent, crank_per_length)),
         Formula(f"speed_share_{percent}_gain_equal_{kind}", "1", f"{text}, over that of a fixed crank of equal {kind}",
-                "max", (f"speed_share_{percent}", name), truediv),
+                "max", (f"speed_share_{percent}", name), _gain),
     )  # fmt: skip
 
 
