@@ -1,5 +1,6 @@
 """A declaration that contradicts itself or its kernel fails when the mechanism is made."""
 
+import pickle
 from dataclasses import replace
 from enum import IntEnum
 
@@ -439,3 +440,10 @@ def test_a_mechanism_with_an_extended_one_takes_all_that_the_motion_depends_on()
     others = [row for row in mechanism.rows if row.name != "ROCKER"]
     rows = IntEnum("Rows", {row.name: row.value - (row > mechanism.rows["ROCKER"]) for row in others})
     assert problem(mechanism, rows=rows) == "rows has no 'rocker', on which the motion depends"
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_formulas_can_be_pickled(name):
+    """Requests are sent to workers; pickle takes functions by their names."""
+    mechanism = MECHANISMS[name].extended or MECHANISMS[name]
+    assert pickle.loads(pickle.dumps(mechanism.formulas)) == mechanism.formulas
