@@ -156,6 +156,15 @@ def test_the_formula_of_a_swing_is_the_scan(name, swing, draw):
     np.testing.assert_allclose(formula, scan, rtol=1e-7)  # half the digits where both roots nearly coincide
 
 
+def test_the_formula_of_a_test_rig_is_that_of_its_four_bar():
+    rng = np.random.default_rng(8)
+    lengths = {each: rng.uniform(1.0, 10.0, 1000) for each in LOOP}
+    formula, scan = formula_and_scan("test-rig", "swing_angle", "crank", 20.0, lengths)
+    assert 0.1 < np.isfinite(formula).mean() < 0.9
+    np.testing.assert_allclose(formula, scan, rtol=1e-12)
+    assert formula_and_scan("crank-rocker", "swing_angle", "crank", 20.0, lengths)[0].tobytes() == formula.tobytes()
+
+
 @pytest.mark.parametrize("name", ["crank", "rod", "offset"])
 def test_the_formula_of_a_stroke_is_the_scan(name):
     rng, n = np.random.default_rng(6), 4000

@@ -7,6 +7,7 @@ from explore.mechanisms.four_bar_loads import LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.mechanisms.four_bar_table import four_bar_table
 from explore.mechanisms.linkages.added_points import with_points
+from explore.mechanisms.prescribed_strokes import lengths_of_swing
 from explore.mechanisms.rig import columns, kernel
 from explore.mechanisms.rig.columns import Row
 from explore.mechanisms.rig.formulas import FORMULAS, SIZING_PARAMETERS
@@ -42,7 +43,7 @@ _METRICS = (
     Metric("linkage_class", "", "class of the linkage", labels=four_bar.CLASS_LABELS),
     Metric("grashof_margin", "mm", "Grashof margin: middle two lengths minus shortest and longest", "max"),
     Metric("swing_angle", "deg", "swing of the rocker", "max", lower=0.0, upper=180.0,
-           closed_form_of="rocker_angle_peak_to_peak_cycle"),
+           closed_form_of="rocker_angle_peak_to_peak_cycle", lengths=lengths_of_swing),
     Metric("mid_angle", "deg", "mean of the rocker's two limit angles", lower=-180.0, upper=180.0),
     Metric("time_ratio", "1", "time ratio: longer crank interval over shorter", "min", lower=1.0),
     Metric("transmission_angle_worst", "deg", "smallest of transmission angle and 180 deg less it in a turn", "max",
@@ -96,7 +97,7 @@ TEST_RIG = Mechanism(
     ),
     default_metrics={"": (*(metric.name for metric in _METRICS), *_SAMPLED_DEFAULTS)},
     objectives=("pin_force_peak", "velocity_thd", "size"),
-    kernel_version="7",
+    kernel_version="8",
     table=four_bar_table(),
     exact=exact_four_bar,
     n_constants=Row.STATUS,
