@@ -71,6 +71,7 @@ def test_statistics_do_not_depend_on_the_axes(name):
         first, *others = (statistics(each, signal, "cycle", designs) for each in mechanisms)
         for other in others:
             met, error = first["met"] & other["met"], first["error"] + other["error"]
+            # a row beside the tolerance may be met in one of both
             assert np.count_nonzero(met) >= 0.8 * np.count_nonzero(first["met"])
             for kind in STATISTICS:
                 size = np.maximum(first["rms"], np.abs(first["max"])) if kind == "max" else first["rms"]

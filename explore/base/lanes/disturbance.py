@@ -12,6 +12,8 @@ from explore.base.subroutines import subroutine
 
 #: Relative change of an operation: large beside rounding, small beside what separates a design from its limits.
 DISTURBANCE = 2.0**-40
+#: Change of a disturbed half-tangent over that of an operation; all of a panel may be off together by 4 units.
+OF_TANGENTS = 4.0
 #: Number of operations after which the factors of one node repeat.
 PERIOD = 128
 #: Distance of the first factor of a node from that of the node before; odd, so that PERIOD nodes have different ones.

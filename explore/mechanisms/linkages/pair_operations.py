@@ -11,7 +11,7 @@ from numba import types
 
 from explore.base.compiling import LANES, compiled
 from explore.base.lanes.arctangent import arctangent
-from explore.base.lanes.disturbance import FACTORS, first_factor
+from explore.base.lanes.disturbance import FACTORS, OF_TANGENTS, first_factor
 from explore.base.lanes.double_double import (
     PAIR_ROUNDING,
     add_pairs,
@@ -35,8 +35,6 @@ PAIR_CODES = {
 COLUMNS = 5
 #: Relative change of a disturbed operation over DISTURBANCE: as much less as pairs round less than doubles.
 _PAIR_SHARE = PAIR_ROUNDING * 2.0**53
-#: Change of a disturbed half-tangent over DISTURBANCE; all of a panel may be off together by 4 units.
-_OF_TANGENTS = 4.0
 
 
 class PairSizes(NamedTuple):
@@ -86,7 +84,7 @@ def fill_pairs(constants, tangents, anchor, count, out, sizes, literals, integer
     node = np.empty(LANES)
     for j in range(count):
         first = first_factor(j)
-        change = _OF_TANGENTS * (FACTORS[first] - 1.0) if is_disturbed > 0 else 0.0
+        change = OF_TANGENTS * (FACTORS[first] - 1.0) if is_disturbed > 0 else 0.0
         for lane in range(LANES):
             node[lane] = tangents[j * LANES + lane] + change
         for k in range(0 if j == 0 or is_disturbed > 0 else sizes.still, sizes.operations):

@@ -7,7 +7,7 @@ import struct
 from collections.abc import Iterable, Iterator
 
 from explore.base.compiling import LANES
-from explore.base.lanes.disturbance import FACTORS, PERIOD, STEP
+from explore.base.lanes.disturbance import FACTORS, OF_TANGENTS, PERIOD, STEP
 from explore.base.lanes.elementary import exact_sum
 from explore.mechanisms.linkages.graph import SENSES
 from explore.mechanisms.linkages.operations import CODES
@@ -309,12 +309,12 @@ def _hex(value: float) -> str:
     return f"0x{struct.pack('>d', value).hex()}"
 
 
-#: Statements of the half-tangents of a disturbed node, off together by four times as much as an operation.
+#: Statements of the half-tangents of a disturbed node.
 _DISTURBED_TANGENT = (
     "  %tangent.factor.at = getelementptr double, ptr @factors, i64 %factor\n"
     "  %tangent.factor = load double, ptr %tangent.factor.at\n"
-    "  %tangent.four = fmul double %tangent.factor, 4.0\n"
-    "  %tangent.change = fsub double %tangent.four, 3.0\n"
+    f"  %tangent.more = fmul double %tangent.factor, {_hex(OF_TANGENTS)}\n"
+    f"  %tangent.change = fsub double %tangent.more, {_hex(OF_TANGENTS - 1.0)}\n"
     + _spread("%tangent.changes", "%tangent.change")
     + f"  %tangent = fmul {_VECTOR} %tangent.exact, %tangent.changes\n"
 )

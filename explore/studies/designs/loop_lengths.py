@@ -59,11 +59,11 @@ def _by_formula(
         gaps = np.abs(difference(tried, designs))
         is_root = (gaps <= TOUCHING_TOLERANCE * scale) & (tried >= lowest) & (tried <= highest)
         lengths[designs[is_root]] = tried[is_root]
+        designs, tried, gaps = designs[~is_root], tried[~is_root], gaps[~is_root]
         # NaN beside a flattened loop may be a motion
         flattened = _flattened([column[designs] for column in columns])
         distance = np.min([np.abs(np.abs(tried) - each) for each in flattened], axis=0)
-        may_be_root = (gaps <= _FORMULA_ERROR * scale) | (np.isnan(gaps) & (distance <= margin[designs]))
-        is_doubtful[designs] = may_be_root & ~is_root
+        is_doubtful[designs] = (gaps <= _FORMULA_ERROR * scale) | (np.isnan(gaps) & (distance <= margin[designs]))
     return lengths, is_doubtful
 
 
