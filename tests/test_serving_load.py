@@ -21,7 +21,7 @@ from explore.service import browsing_routes, connections, job_routes, results_ro
 from explore.service.events import MOST_KEPT, Events
 from explore.service.folder import State
 from explore.service.jobs import Job
-from explore.service.server import _allow_open_files
+from explore.service.server import Place, _allow_open_files, _listen
 
 
 @pytest.fixture
@@ -325,3 +325,11 @@ def test_a_stream_ends_after_a_while(monkeypatch):
     assert b"event: jobs" in texts[1]
     assert texts[-1] == b": nothing new\n\n"
     assert len(texts) < 8
+
+
+def test_no_part_of_an_answer_waits_until_the_client_has_acknowledged_the_one_before():
+    """Each would wait for 40 ms, the delay of acknowledgements."""
+    with _listen(Place(port=0)) as listener, socket.create_connection(listener.getsockname()):
+        connection, _ = listener.accept()
+        with connection:
+            assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)

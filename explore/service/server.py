@@ -215,11 +215,14 @@ def _config(application: Any, place: Place) -> uvicorn.Config:
 def _listen(place: Place) -> socket.socket:
     family = socket.AF_INET6 if ":" in place.host else socket.AF_INET
     try:
-        return socket.create_server((place.host, place.port), family=family)
+        listener = socket.create_server((place.host, place.port), family=family)
     except OSError as error:
         raise RequestError(
             f"{place.host}:{place.port} cannot be listened to: {error.strerror or error}; choose another with `port`"
         ) from None
+    # Connections inherit it. asyncio sets it only for sockets that name their protocol, and an answer is several writes.
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return listener
 
 
 def _url(place: Place, listener: socket.socket) -> str:
