@@ -76,6 +76,42 @@ def test_the_smallest_value_of_a_curve_that_falls_and_rises():
     assert [(i.start.cause, i.stop.cause) for i in tuning.intervals] == [("change_point", ""), ("", "change_point")]
 
 
+@pytest.mark.parametrize("start", [-0.5, -1.5])  # in the first step of the scan, and in the middle of the second
+def test_an_extreme_between_two_equal_values_is_met(start):
+    slider = {"crank": 50.0, "rod": 400.0}
+    tuning = explore.tune(
+        "slider-crank", slider, parameter="offset", metric="stroke", high=100.00001, start=start, stop=start + 256
+    )
+
+    least = tuning.reach[0]
+    assert least.value == pytest.approx(100.0, rel=1e-14)  # twice the crank where the offset is 0
+    assert least.cause == ""
+    (interval,) = tuning.intervals
+    # The stroke is 2 crank + offset^2 crank / (rod^2 - crank^2) + ...; 100 has a rounding error of 3e-10 of 1e-5.
+    expected = math.sqrt(1e-5 * (400.0**2 - 50.0**2) / 50.0)
+    assert (interval.start.parameter, interval.stop.parameter) == pytest.approx((-expected, expected), rel=1e-6)
+
+
+def test_a_pole_hides_no_extreme():
+    """A third power is 2e19 where all links fall into one line, and least where its root is."""
+    formulas = {"cube": {"formula": "rocker_acceleration_peak_cycle ** 3", "unit": "1"}}
+    least = tune(parameter="coupler", metric="cube", formulas=formulas).reach[0]
+    root = tune(parameter="coupler", metric="rocker_acceleration_peak_cycle").reach[0]
+
+    assert least.value == pytest.approx(root.value**3, rel=1e-11)  # three times the tolerance, and rounding
+    assert least.parameter == pytest.approx(root.parameter, rel=1e-5)  # a flat minimum
+
+
+def test_a_fold_is_met_to_the_last_digit():
+    """Both strokes last equally long where the squares of crank and ground add up to those of coupler and rocker."""
+    tuning = tune(parameter="coupler", metric="time_ratio", low=1, high=1)
+
+    (interval,) = tuning.intervals
+    crank, rocker, ground = (PUBLISHED[name] for name in ("crank", "rocker", "ground"))
+    assert tuning.reach[0].value == 1.0
+    assert interval.start.parameter == pytest.approx(math.sqrt(crank**2 + ground**2 - rocker**2), rel=1e-14)
+
+
 @pytest.mark.parametrize(
     ("mechanism", "design", "parameter", "metric", "low", "high"),
     [

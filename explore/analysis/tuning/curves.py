@@ -14,9 +14,9 @@ from explore.model.status import Status
 
 #: Number of points of a scan: over the range evenly, over positive ranges also in equal ratios, then over each run.
 _N_SCAN = 257
-#: Number of points between a value with the metric and one without, in each step to the end of a run.
+#: Number of points inside an interval in each step to the end of a run or to an extreme.
 _N_STEP = 64
-#: Difference of neighbours, relative to the largest value, up to which it may be rounding and makes no extreme.
+#: Difference of neighbours, relative to them and to the median, up to which it may be rounding and makes no extreme.
 _NOISE = 1e-12
 #: Statuses of designs with values.
 _WITH_VALUES = (int(Status.OK), int(Status.TOLERANCE_NOT_MET))
@@ -130,23 +130,41 @@ def _approach_end(function: MetricOfParameter, inside: float, outside: float, st
 
 def _with_extremes(function: MetricOfParameter, run: Run) -> Run:
     """The run with a point at each of its local extremes, so that no value between two points is beyond both."""
-    from scipy.optimize import minimize_scalar
-
-    values, noise = run.values, _NOISE * np.abs(run.values).max()
-    before, after = np.diff(values)[:-1], -np.diff(values)[1:]
-    extremes = np.flatnonzero((before * after > 0.0) & (np.minimum(np.abs(before), np.abs(after)) > noise)) + 1
+    steps, sizes = np.diff(run.values), np.abs(run.values)
+    # The median, because a metric that is 0 has rounding errors of its terms, and one with a pole has no usual size.
+    noise = _NOISE * np.maximum(np.maximum(sizes[1:], sizes[:-1]), np.median(sizes))
+    moves = np.flatnonzero(np.abs(steps) > noise)
+    rises = (steps[moves] > 0.0).tolist()
+    brackets = [*zip(moves[:-1].tolist(), (moves[1:] + 1).tolist(), rises[:-1], rises[1:], strict=True)]
+    if rises and run.causes[0] == END_OF_RANGE:
+        brackets.append((0, int(moves[0]) + 1, not rises[0], rises[0]))
+    if rises and run.causes[1] == END_OF_RANGE:
+        brackets.append((int(moves[-1]), len(steps), rises[-1], not rises[-1]))
     points = []
-    for k in extremes.tolist():
-        sign = 1.0 if values[k] < values[k - 1] else -1.0
-        bounds = (run.parameters[k - 1], run.parameters[k + 1])
-        # The extreme of a smooth function is flat, so that its place is only known to the root of the rounding.
-        found = minimize_scalar(
-            lambda x, sign=sign: sign * function.at(x),
-            bounds=bounds, method="bounded", options={"xatol": 1e-9 * abs(bounds[1] - bounds[0])},
-        )  # fmt: skip
-        points.append((float(found.x), sign * float(found.fun)))
+    for first, last, is_before, is_after in brackets:
+        if is_before != is_after:
+            sign = -1.0 if is_before else 1.0
+            place, value = _least(function, run.parameters[first], run.parameters[last], sign)
+            if (sign * (run.values[[first, last]] - value) > noise[first]).all():
+                points.append((place, value))
     if not points:
         return run
     parameters = np.concatenate([run.parameters, [x for x, _ in points]])
     order = np.argsort(parameters, kind="stable")
-    return Run(parameters[order], np.concatenate([values, [value for _, value in points]])[order], run.causes)
+    return Run(parameters[order], np.concatenate([run.values, [value for _, value in points]])[order], run.causes)
+
+
+def _least(function: MetricOfParameter, low: float, high: float, sign: float) -> tuple[float, float]:
+    """The place between two others where a metric times a sign is least, and the metric there.
+
+    Ends are drawn in until no number is left beside the least, so that a fold is met exactly; a smooth extreme is
+    flat, so that its place is only known to the root of the rounding.
+    """
+    while True:
+        points = np.unique(np.linspace(low, high, _N_STEP + 2))
+        values = function.values(points)[0]
+        best = int(np.nanargmin(sign * values))
+        ends = float(points[max(best - 1, 0)]), float(points[min(best + 1, len(points) - 1)])
+        if ends == (low, high):
+            return float(points[best]), float(values[best])
+        low, high = ends
