@@ -220,7 +220,7 @@ def _listen(place: Place) -> socket.socket:
         raise RequestError(
             f"{place.host}:{place.port} cannot be listened to: {error.strerror or error}; choose another with `port`"
         ) from None
-    # Connections inherit it. asyncio sets it only for sockets that name their protocol, and an answer is several writes.
+    # Connections inherit it; an answer is several writes. asyncio sets it for sockets alone that name their protocol.
     listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return listener
 
