@@ -14,7 +14,7 @@ from explore.evaluation.quadrature.slots import BOUND
 from explore.evaluation.quadrature.tails import LARGEST_EXCESS
 from explore.evaluation.quadrature.work_space import make_work_space
 from explore.evaluation.remembering import remembered
-from explore.evaluation.statistics import Indices, error_of, is_power, statistic_of
+from explore.evaluation.statistics import Indices, error_of, has_own_places, statistic_of
 from explore.model.mechanism import ClosedFormResult, Mechanism
 from explore.model.quadrature import Adaptive, Graded, Located, Quadrature, Resolved
 from explore.model.quantities import FloatArray, SampledMetric
@@ -117,7 +117,7 @@ def _quadrature_of(request: Request, metric: SampledMetric) -> Quadrature:
     if signal.has_corners:
         # A corner between the nodes of a rule may hide from its check.
         return _resolved(declared) if signal.corners_at else _adaptive(declared)
-    if isinstance(declared, Located) and (request.breaks or metric.window.kind == "clutch" or is_power(metric)):
+    if isinstance(declared, Located) and (request.breaks or metric.window.kind == "clutch" or has_own_places(metric)):
         # A distance is one of all laws together, and the phases of clutches are not known before sampling.
         return _resolved(declared)
     return _resolved(declared) if isinstance(declared, Adaptive) else declared

@@ -3,7 +3,16 @@
 import numpy as np
 import numpy.typing as npt
 
-from explore.evaluation.quadrature.slots import BOUND, MAXIMUM, MEAN, MINIMUM, ROOT_MEAN, ROOT_POWER_MEAN, VARIANCE
+from explore.evaluation.quadrature.slots import (
+    BOUND,
+    FLUCTUATION,
+    MAXIMUM,
+    MEAN,
+    MINIMUM,
+    ROOT_MEAN,
+    ROOT_POWER_MEAN,
+    VARIANCE,
+)
 from explore.model.quantities import MOMENT_STATISTICS, FloatArray, SampledMetric, Signal
 
 Indices = npt.NDArray[np.int64]
@@ -12,17 +21,18 @@ _BOTH_EXTREMES = (MINIMUM, MAXIMUM)
 _EXTREMES = {"min": (MINIMUM,), "max": (MAXIMUM,), "peak": _BOTH_EXTREMES, "peak_to_peak": _BOTH_EXTREMES}
 _POWERS = {"mean": ROOT_MEAN, "power_mean": ROOT_POWER_MEAN}
 _DEGREES = 180.0 / np.pi
+_TURN = 2.0 * np.pi
 
 
-def is_power(metric: SampledMetric) -> bool:
-    """Whether a metric is the mean of a power of a row that is no polynomial."""
-    return metric.signal.is_magnitude and metric.statistic in _POWERS
+def has_own_places(metric: SampledMetric) -> bool:
+    """Whether a metric is integrated between places of its own: a mean of a power that is no polynomial, for one."""
+    return metric.statistic == "fluctuation" or (metric.signal.is_magnitude and metric.statistic in _POWERS)
 
 
 def statistics_beside_moments(metric: SampledMetric) -> tuple[int, ...]:
     """Statistics that a metric needs beside the moments; both extremes of a rectified signal, which may swap."""
-    if is_power(metric):
-        return (_POWERS[metric.statistic],)
+    if has_own_places(metric):
+        return (_POWERS.get(metric.statistic, FLUCTUATION),)
     extremes: tuple[int, ...] = _EXTREMES.get(metric.statistic, ())
     return _BOTH_EXTREMES if metric.signal.is_rectified and extremes else extremes
 
@@ -36,6 +46,8 @@ def statistic_of(metric: SampledMetric, statistics: FloatArray, slots: Indices, 
     match metric.statistic:
         case "mean" if metric.signal.is_rectified:
             value = np.abs(mean)
+        case "fluctuation":
+            value = statistics[slots[FLUCTUATION]]
         case "variance":
             value, factor = variance, factor**2
         case "cv":
@@ -103,6 +115,8 @@ def error_of(metric: SampledMetric, statistics: FloatArray, slots: Indices, valu
     rms = _root_mean_square(mean, variance)
     if metric.statistic == "variance":
         return np.asarray(bound * (rms * factor) ** 2)
+    if metric.statistic == "fluctuation":
+        return np.asarray(bound * rms * factor * _TURN)
     # The scale is the largest magnitude of the signal, which is at least the rms and at least this value.
     return np.asarray(bound * np.maximum(rms * factor, np.abs(value)))
 

@@ -4,7 +4,7 @@ import math
 from functools import partial
 
 from explore.mechanisms import four_bar_forces
-from explore.mechanisms.load_metrics import WORK_FORMULAS, largest
+from explore.mechanisms.load_metrics import ENERGY_FLUCTUATION, WORK_FORMULAS, largest
 from explore.model.drawing import Panel
 from explore.model.quantities import FloatArray, Formula, Parameter, Signal
 
@@ -70,7 +70,7 @@ LOAD_SIGNALS = (
     _force("rocker_axial_force", "N", "force of the coupler along the rocker, outward positive",
            four_bar_forces.ROCKER_FORCE),
     _force("rocker_moment", "N m", "moment of the coupler's force about pin d", four_bar_forces.ROCKER_MOMENT),
-    _torque("drive_torque", "N m", "torque that turns the crank", four_bar_forces.DRIVE_TORQUE),
+    _torque("drive_torque", "N m", "torque that turns the crank", four_bar_forces.DRIVE_TORQUE, has_fluctuation=True),
     _torque("power", "W", "power that turns the crank", four_bar_forces.DRIVE_TORQUE,
             speed_power=1, shares_row_with="drive_torque"),
     _torque("positive_power", "W", "power that turns the crank where it drives, else 0",
@@ -100,6 +100,7 @@ LOAD_FORMULAS = (
     Formula("bearing_mean_force", "N", "mean of power 10/3 of the force in pin a, by which bearings are sized", "min",
             ("pin_force_a_power_mean",), _identity),
     *WORK_FORMULAS,
+    ENERGY_FLUCTUATION,
 )  # fmt: skip
 
 #: Panels of a machine of a hand's size; heavier ones have panels in kN.

@@ -1,4 +1,4 @@
-"""Derived metrics that mechanisms under load share: work of the drive in a turn, and the largest of several forces."""
+"""Derived metrics that mechanisms under load share: work and energy of the drive in a turn, the largest of forces."""
 
 import math
 from dataclasses import replace
@@ -25,6 +25,11 @@ WORK_FORMULAS = (
             ("positive_power_mean_cycle", "speed"), _work),
     Formula("net_work", "N m", "work of the drive in a turn: what the load dissipates", "min",
             ("friction_power_mean_cycle", "speed"), _work),
+)  # fmt: skip
+#: Metric of the energy by which a flywheel is sized; of mechanisms with the signal "drive_torque".
+ENERGY_FLUCTUATION = Formula(
+    "energy_fluctuation", "N m", "energy that a flywheel stores and gives back in a turn at constant torque", "min",
+    ("drive_torque_fluctuation_cycle",), largest, selects_one=True,
 )  # fmt: skip
 #: Metric of the net work where torques on links that turn fully give or take some of it.
 NET_WORK_OF_DRIVE = replace(

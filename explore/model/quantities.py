@@ -23,6 +23,8 @@ MOMENT_STATISTICS = ("mean", "variance", "std", "cv", "rms")
 EXTREME_STATISTICS = ("min", "max", "peak", "peak_to_peak")
 #: Statistics of the mechanism's output whose metrics have no name of a signal.
 OUTPUT_STATISTICS = ("mean", "variance", "cv")
+#: Statistic over a turn: range of the integral over the input angle, in rad, of the signal less its mean.
+FLUCTUATION = "fluctuation"
 #: Statistics of a magnitude. "power_mean" is (mean |x|^(10/3))^(3/10), by which roller bearings are sized.
 MAGNITUDE_STATISTICS = ("mean", "max", "rms", "power_mean")
 
@@ -155,6 +157,8 @@ class Signal(Quantity):
         nothing is known of its extremes.
     point
         Name of the point of the floating link that it is a signal of; empty for the signals of all designs.
+    has_fluctuation
+        Whether it has the statistic `FLUCTUATION`, as a torque, of which this is the energy that a flywheel stores.
     """
 
     row: int
@@ -177,11 +181,14 @@ class Signal(Quantity):
     derivative_of: str = ""
     extremes_at: tuple[str, ...] = ()
     point: str = ""
+    has_fluctuation: bool = False
 
     @property
     def statistics(self) -> tuple[str, ...]:
         """The statistics that the signal has."""
-        return MAGNITUDE_STATISTICS if self.is_magnitude else STATISTICS
+        if self.is_magnitude:
+            return MAGNITUDE_STATISTICS
+        return (*STATISTICS, FLUCTUATION) if self.has_fluctuation else STATISTICS
 
 
 @dataclass(frozen=True)

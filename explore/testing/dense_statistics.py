@@ -45,6 +45,8 @@ _GRID = -np.cos(np.linspace(0.0, np.pi, 4 * _NODES + 1))
 _ON_GRID = legendre.legvander(_GRID, _NODES - 1)
 #: Matrix from coefficients to coefficients of the derivative, by the row.
 _SLOPE = np.array([np.append(legendre.legder(row), 0.0) for row in np.eye(_NODES)])
+#: Matrix from coefficients to the integral from -1 to each node, by the row.
+_INTEGRAL = np.array([legendre.legval(_X, legendre.legint(row, lbnd=-1)) for row in np.eye(_NODES)])
 #: Number of the best panels in which an extreme is refined.
 _REFINED = 3
 #: Factor from the change of a statistic in the last halving to the bound of its error.
@@ -87,6 +89,7 @@ class Statistics:
     min: FloatArray
     max: FloatArray
     power_mean: FloatArray
+    fluctuation: FloatArray
 
     @property
     def rms(self) -> FloatArray:
@@ -163,6 +166,7 @@ def measure(motion: Motion, panels: Panels) -> tuple[Statistics, Statistics]:
     # a few roundings of the samples
     rounding = dict.fromkeys(vars(fine), fine.rms)
     rounding |= {"variance": fine.rms**2, "min": fine.magnitude, "max": fine.magnitude}
+    rounding["fluctuation"] = fine.rms * np.radians(np.ptp(panels.edges))
     at_ends = _change_beside_jumps(panels) + _error_at_ends(halves)
     missed = {
         "min": at_ends + _above(-halves.values, -fine.min),
@@ -235,7 +239,18 @@ def _statistics(panels: Panels) -> Statistics:
     variance = (weights * (values - mean[:, None, None]) ** 2).sum(axis=(1, 2))
     power_mean = (weights * np.abs(values) ** (10.0 / 3.0)).sum(axis=(1, 2)) ** 0.3
     jumps = _has_jump(values, values @ _TRANSFORM.T)
-    return Statistics(mean, variance, -_largest(-values, jumps), _largest(values, jumps), power_mean)
+    fluctuation = _fluctuation(panels, mean, np.zeros_like(jumps))
+    return Statistics(mean, variance, -_largest(-values, jumps), _largest(values, jumps), power_mean, fluctuation)
+
+
+def _fluctuation(panels: Panels, mean: FloatArray, no_jumps: npt.NDArray[np.bool_]) -> FloatArray:
+    """Ranges of the integrals of the signals less their means, shape (s,); an integral has no jumps."""
+    coefficients = (panels.values - mean[:, None, None]) @ _TRANSFORM.T
+    halves = 0.5 * np.radians(np.diff(panels.edges))
+    over_panels = 2.0 * halves * coefficients[:, :, 0]
+    before = np.cumsum(over_panels, axis=1) - over_panels
+    integrals = before[:, :, None] + halves[:, None] * (coefficients @ _INTEGRAL)
+    return _largest(integrals, no_jumps) + _largest(-integrals, no_jumps)
 
 
 def _largest(values: FloatArray, jumps: npt.NDArray[np.bool_]) -> FloatArray:

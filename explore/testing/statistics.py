@@ -20,6 +20,8 @@ _DECISIVE_SHARE = 0.8
 _CLOSED_FORM = 1e-10
 #: Largest mean, relative to the rms, that is 0.
 _NO_MEAN = 1e-6
+#: Full turn, rad, that a fluctuation is an integral over.
+_TURN = 2.0 * np.pi
 #: Mean, over the tolerance times the rms, below which a cv is undefined.
 _CV_LIMIT = 1e3
 
@@ -78,6 +80,7 @@ class _Dense:
             case "peak_to_peak":
                 return float(values.max - values.min), float(errors.max + errors.min), float(values.magnitude)
         scale = {"mean": rms, "variance": rms**2, "power_mean": float(values.power_mean)}.get(name)
+        scale = _TURN * rms if name == "fluctuation" else scale
         peak = float(values.magnitude)
         return float(getattr(values, name)), float(getattr(errors, name)), peak if scale is None else scale
 

@@ -25,6 +25,7 @@ from explore.evaluation.quadrature.equispaced import (
     has_left_panel,
     leave_panel,
 )
+from explore.evaluation.quadrature.fluctuations import fill_fluctuations
 from explore.evaluation.quadrature.magnitudes import fill_powers
 from explore.evaluation.quadrature.merging import bound_rows, choose_next, collect, merge, merge_regular
 from explore.evaluation.quadrature.opening import demands_of, open_window
@@ -33,7 +34,7 @@ from explore.evaluation.quadrature.panels import (
 )
 from explore.evaluation.quadrature.pieces import choose_next_pieces, count_again
 from explore.evaluation.quadrature.resolving import choose_next_counts, take_turns
-from explore.evaluation.quadrature.slots import CLUTCH, ROOT_MEAN, ROOT_POWER_MEAN
+from explore.evaluation.quadrature.slots import CLUTCH, FLUCTUATION, ROOT_MEAN
 from explore.evaluation.quadrature.storing import store
 from explore.evaluation.quadrature.tails import check_model
 from explore.evaluation.quadrature.tiles import FILL_TYPE
@@ -74,7 +75,7 @@ def _sample_window(
 ):  # fmt: skip
     """Statistics of a window of the designs of the chunk from `begin` on, as many as fit; return the first left."""
     demands = demands_of(tables, w)
-    ends, powers, pole_order, _, pieces = demands
+    ends, integrals, pole_order, _, pieces = demands
     until, count, stride, n_todo, has_turns = open_window(
         fill, disturbed_fill, sizes, tables, w, begin, here, demands, error, rare, work, tile, sums
     )
@@ -150,8 +151,9 @@ def _sample_window(
         is_left = may_be_left and has_left_panel(work.panels, work.first_panel[i], work.panel_count[i], stride)
         excess[here[i]] = max(excess[here[i]], math.inf if is_left else work.excess[i])
         if rare is not None:  # noqa: SIM102  (alone, so that Numba leaves out the block)
-            if powers:
+            if integrals:
                 fill_powers(fill, sizes, tables, w, i, here[i], stride, statistics, nodes, error, work, tile)
+                fill_fluctuations(fill, sizes, tables, w, i, here[i], stride, statistics, nodes, error, work, tile)
     return until
 
 
@@ -192,16 +194,16 @@ def sample(
 ) -> None:  # fmt: skip
     """Statistics of d `designs` of n over every window, by the compiled functions of a mechanism.
 
-    Extremes, and clutches, means of powers and the adaptive rule are compiled when a request needs one of them:
-    together they take two fifths of the time of a compilation.
+    Extremes, and clutches, means of powers, fluctuations and the adaptive rule are compiled when a request needs one of
+    them: together they take two fifths of the time of a compilation.
 
     `sizes`, `tables` and the work space `work`, `tile` and `sums` are those of `quadrature.work_space`, `parameters`
     (p, n) of the closed form, `kept` (k, n) the constants, without rows where `close` is to fill them. The entries of
     the sampled designs are filled in `statistics` (m, n), for unit speed and rad, `nodes` (n,), the signal evaluations,
     `error` (n,), the bound, and `excess` (n,), how many times the samples exceed the error model.
     """
-    has_powers = (tables.slots[:, :, ROOT_MEAN : ROOT_POWER_MEAN + 1] >= 0).any()
-    if tables.is_adaptive or tables.is_resolved or has_powers or tables.windows[:, CLUTCH].any():
+    has_integrals = (tables.slots[:, :, ROOT_MEAN : FLUCTUATION + 1] >= 0).any()
+    if tables.is_adaptive or tables.is_resolved or has_integrals or tables.windows[:, CLUTCH].any():
         loop, extremes, rare = sample_all, 1, 1
     elif (tables.flags & FLAG_EXTREMES).any():
         loop, extremes, rare = sample_extremes, 1, None

@@ -30,9 +30,9 @@ from explore.evaluation.quadrature.tiles import SHAPE_SIZE, TILE_RESOLUTION, TIL
 #: Number of powers: power 0 has the exponent 1, power 1 the exponent 10/3.
 POWERS = 2
 #: Number of nodes of the first rule.
-_FEWEST_NODES = 20
+FEWEST_NODES = 20
 #: Number of rules, each of twice as many nodes as the one before.
-_ROUNDS = 5
+ROUNDS = 5
 #: Number of samples of a panel from which its local minima are refined.
 _SEARCH_NODES = 96
 #: Largest number of cuts of a panel, one for each lane; the error bound includes further minima, which are rare.
@@ -60,7 +60,7 @@ def power_means(
         centre, half = panels[CENTRE + p], panels[HALF + p]
         for lane in range(LANES):
             shape[TILE_SCALE + lane], shape[TILE_RESOLUTION + lane] = panels[SCALE + p], 1.0
-        _place_nodes(
+        place_between(
             centre, -half, half, panels[SCALE + p], _SEARCH_NODES, row_of, table, False, t, tangents, weight
         )  # fmt: skip
         fill(constants, tangents, anchor, law, variant, _SEARCH_NODES // LANES, needs, signals)
@@ -84,10 +84,10 @@ def power_means(
             cuts,
         )
         for k in range(pieces):
-            integral, difference, bound, requested_count = 0.0, np.inf, np.inf, _FEWEST_NODES
-            for _ in range(_ROUNDS):
+            integral, difference, bound, requested_count = 0.0, np.inf, np.inf, FEWEST_NODES
+            for _ in range(ROUNDS):
                 count = size_of[requested_count]
-                _place_nodes(
+                place_between(
                     centre, cuts[k], cuts[k + 1], panels[SCALE + p], count, row_of, table, True, t, tangents, weight
                 )  # fmt: skip
                 fill(constants, tangents, anchor, law, variant, (count + LANES - 1) // LANES, needs, signals)
@@ -97,8 +97,8 @@ def power_means(
                     root = math.sqrt(value) if power == 0 else np.cbrt(value)
                     integral += weight[j] * (root if power == 0 else value * root * root)
                 nodes += count
-                if count > _FEWEST_NODES:
-                    bound = max(abs(integral - previous), 0.01 * difference if count > 2 * _FEWEST_NODES else 0.0)
+                if count > FEWEST_NODES:
+                    bound = max(abs(integral - previous), 0.01 * difference if count > 2 * FEWEST_NODES else 0.0)
                     difference = abs(integral - previous)
                 if bound <= 0.2 * tolerance * integral:
                     break
@@ -109,7 +109,7 @@ def power_means(
 
 
 @subroutine(fast=True)
-def _place_nodes(panel_centre, first, last, scale, count, row_of, table, clustered, t, tangents, weight):
+def place_between(panel_centre, first, last, scale, count, row_of, table, clustered, t, tangents, weight):
     """Fill nodes between two places of a panel, in t from its centre: t, half-tangents, weights (rad), ascending.
 
     They are `clustered` at both ends or not. The tile is filled up with the last node. The length of a short panel has

@@ -21,7 +21,7 @@ from explore.evaluation.quadrature.panels import (
 )
 from explore.evaluation.quadrature.pieces import open_pieces
 from explore.evaluation.quadrature.resolving import open_turns
-from explore.evaluation.quadrature.slots import CLUTCH, KIND, ROOT_MEAN, ROOT_POWER_MEAN
+from explore.evaluation.quadrature.slots import CLUTCH, FLUCTUATION, KIND, ROOT_MEAN
 from explore.evaluation.quadrature.windows import INTERVAL, TURN
 from explore.evaluation.quadrature.zeros import cut_at_corners
 
@@ -33,20 +33,21 @@ HEADROOM_OF_CV = 1.5
 
 @subroutine()
 def demands_of(tables, w):
-    """What a window needs: ends of its panels, means of powers, largest pole order, headroom; whether it is pieces.
+    """What a window needs: ends of panels, integrals between own places, pole order, headroom; whether it is pieces.
 
     Pieces are all that has no equal steps where nothing is known of the signals.
     """
-    ends, powers, pole_order, headroom = tables.is_adaptive, False, 2, HEADROOM
+    ends, integrals, pole_order, headroom = tables.is_adaptive, False, 2, HEADROOM
     for s in range(tables.flags.shape[1]):
         if tables.flags[w, s]:
             ends = ends or (tables.flags[w, s] & FLAG_EXTREMES) != 0
             pole_order = max(pole_order, tables.orders[w, s])
             headroom = HEADROOM_OF_CV if tables.flags[w, s] & (FLAG_STD | FLAG_CV) else headroom
-            powers = powers or tables.slots[w, s, ROOT_MEAN] >= 0 or tables.slots[w, s, ROOT_POWER_MEAN] >= 0
-    is_cut = len(tables.breaks) > 0 or len(tables.corner_rows) > 0 or powers
+            for slot in range(ROOT_MEAN, FLUCTUATION + 1):
+                integrals = integrals or tables.slots[w, s, slot] >= 0
+    is_cut = len(tables.breaks) > 0 or len(tables.corner_rows) > 0 or integrals
     pieces = tables.is_resolved and (is_cut or tables.windows[w, KIND] != TURN)
-    return ends or pieces, powers, pole_order, headroom, pieces
+    return ends or pieces, integrals, pole_order, headroom, pieces
 
 
 @subroutine(allocates=True)
@@ -56,7 +57,7 @@ def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, er
     Return the first design that is left, the numbers of panels, stride and panels to sample, and whether some are whole
     turns. The error of a design with more corners than its panels are cut at is infinite.
     """
-    _, powers, pole_order, headroom, pieces = demands
+    _, integrals, pole_order, headroom, pieces = demands
     is_cut, capacity = pieces and len(tables.corner_rows) > 0, PANEL_CAPACITY
     if is_cut:
         capacity //= MOST_PARTS * (MOST_PARTS + tables.sense_count if tables.sense_count > 0 else 1)
@@ -65,7 +66,7 @@ def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, er
         capacity, tables.windows[w], tables.intervals[w], tables.breaks, tables.singular_rows, sizes.variant_row,
         work.panels, work.first_panel, work.panel_count, work.owner, work.positions,
     )  # fmt: skip
-    is_turn = tables.windows[w, KIND] == TURN and len(tables.breaks) == 0 and not powers
+    is_turn = tables.windows[w, KIND] == TURN and len(tables.breaks) == 0 and not integrals
     is_whole = is_turn and not pieces and (tables.is_located or tables.is_resolved)
     _map_window(tables, w, is_whole, count, work)
     _open_designs(sizes, begin, until, stride, work)

@@ -79,7 +79,7 @@ class Tables(NamedTuple):
         at, and those with the sizes of their terms, -1 for none; and the levels.
     sense_count
         Number of the first of these rows whose signs are bits of the law.
-    slots : (w, s, 7)
+    slots : (w, s, 8)
         Row of the statistics for each statistic (MEAN, VARIANCE, … of `quadrature.slots`) of a row over a
         window; -1 for none.
     tolerance

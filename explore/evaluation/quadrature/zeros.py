@@ -114,7 +114,7 @@ def insert(panels, k, position, zeros, count, most):
 
 
 @subroutine()
-def _sample_row(fill, needs, rows, row, terms_row, noise, panels, k, tile):
+def sample_row(fill, needs, rows, row, terms_row, noise, panels, k, tile):
     """Fill samples of a row on panel k and bounds of their rounding errors; return the number of the last sample.
 
     Where the size of its terms is not known, a row is rounded like its largest sample.
@@ -137,7 +137,7 @@ def _sample_row(fill, needs, rows, row, terms_row, noise, panels, k, tile):
 
 
 @subroutine()
-def _collect_zeros(fill, needs, row, level, panels, k, last, count, most, tile):
+def collect_zeros(fill, needs, row, level, panels, k, last, count, most, tile):
     """Add the places on panel k where a row is at a level to the first `count` of the positions in the tile's state.
 
     Return their number, `most` + 1 if there are more that are not rounding. The samples 0 to `last` of the row are in
@@ -244,9 +244,9 @@ def _cut(fill, disturbed_fill, sizes, needs, corner_rows, corner_levels, tells_s
         for i in range(len(corner_rows)):
             row, terms_row = corner_rows[i, 0], corner_rows[i, 1]
             if i == 0 or row != corner_rows[i - 1, 0]:
-                last = _sample_row(fill, needs, sizes.rows, row, terms_row, work.noise[design], panels, k, tile)
+                last = sample_row(fill, needs, sizes.rows, row, terms_row, work.noise[design], panels, k, tile)
             most = min(found + MOST_ZEROS, _MOST_PLACES, max(_MOST_PANELS - number, found))
-            found = _collect_zeros(fill, needs, row, corner_levels[i], panels, k, last, found, most, tile)
+            found = collect_zeros(fill, needs, row, corner_levels[i], panels, k, last, found, most, tile)
             if found > most:
                 found, is_missed = most, True
         if tells_senses:

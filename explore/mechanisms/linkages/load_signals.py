@@ -11,7 +11,7 @@ from explore.mechanisms.linkages.loads import Loading
 from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.reactions import Reactions
 from explore.mechanisms.linkages.table import FRAME, LinkageTable
-from explore.mechanisms.load_metrics import NET_WORK_OF_DRIVE, WORK_FORMULAS, largest
+from explore.mechanisms.load_metrics import ENERGY_FLUCTUATION, NET_WORK_OF_DRIVE, WORK_FORMULAS, largest
 from explore.model.drawing import Panel
 from explore.model.quantities import Formula, Signal
 
@@ -31,9 +31,9 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
     yield from _find_curves(loading, table, table.loads)
     torque = loading.torque
     if not table.driven_slot:
-        yield _quantity(
-            loading, torque, _TORQUE, "N m", "torque of the drive on the driver, counter-clockwise positive", 0
-        )
+        words = "torque of the drive on the driver, counter-clockwise positive"
+        of_driver = _quantity(loading, torque, _TORQUE, "N m", words, 0)
+        yield replace(of_driver, signal=replace(of_driver.signal, has_fluctuation=True))
     yield _quantity(loading, torque, "drive_power", "W", "power of the drive")
     positive = torque.call("maximum", equations.graph.constant(0.0))
     yield _quantity(
@@ -118,9 +118,9 @@ def load_formulas(table: LinkageTable, window: str) -> tuple[Formula, ...]:
     if table.limits is not None:
         return (peak,)
     positive, net = WORK_FORMULAS
-    if table.loads.gain_power:
-        return (peak, positive, NET_WORK_OF_DRIVE)
-    return (peak, positive, net) if table.loads.lose_power else (peak, positive)
+    works = (positive, net) if table.loads.lose_power else (positive,)
+    works = (positive, NET_WORK_OF_DRIVE) if table.loads.gain_power else works
+    return (peak, *works) if table.driven_slot else (peak, *works, ENERGY_FLUCTUATION)
 
 
 def sense_signals(equations: Equations) -> tuple[str, ...]:

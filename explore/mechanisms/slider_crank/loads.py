@@ -3,7 +3,7 @@
 import math
 from functools import partial
 
-from explore.mechanisms.load_metrics import WORK_FORMULAS, largest
+from explore.mechanisms.load_metrics import ENERGY_FLUCTUATION, WORK_FORMULAS, largest
 from explore.mechanisms.slider_crank import columns
 from explore.model.drawing import Panel
 from explore.model.quantities import Formula, Parameter, Signal
@@ -55,7 +55,7 @@ SIGNALS = (
             ("slider_pin", "pin of rod and slider", columns.SLIDER_PIN),
         )
     ),
-    _torque("drive_torque", "N m", "torque that turns the crank", columns.TORQUE),
+    _torque("drive_torque", "N m", "torque that turns the crank", columns.TORQUE, has_fluctuation=True),
     _torque("drive_power", "W", "power that turns the crank", columns.TORQUE, speed_power=1,
             shares_row_with="drive_torque"),
     _torque("positive_power", "W", "power that turns the crank where it drives, else 0", columns.POSITIVE_TORQUE,
@@ -67,6 +67,7 @@ SIGNALS = (
 
 FORMULAS = (
     *WORK_FORMULAS,
+    ENERGY_FLUCTUATION,
     Formula("pin_force_peak", "N", "largest force in a pin over the turn, of the three", "min",
             ("crank_pivot_force_max_cycle", "crank_pin_force_max_cycle", "slider_pin_force_max_cycle"), largest,
             selects_one=True),

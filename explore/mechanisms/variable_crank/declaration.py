@@ -2,7 +2,7 @@
 
 import math
 
-from explore.mechanisms.load_metrics import WORK_FORMULAS, largest
+from explore.mechanisms.load_metrics import ENERGY_FLUCTUATION, WORK_FORMULAS, largest
 from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.variable_crank import columns, fixed_crank, kernel, motion
 from explore.mechanisms.variable_crank.columns import Row
@@ -47,7 +47,8 @@ def _force(name: str, unit: str, long_name: str, row: int, terms_row: int, corne
     needs = columns.FORCES | columns.PINS if row in columns.PIN_ROWS else columns.FORCES
     return Signal(name, unit, long_name, row, needs, pole_order=4, depends_on_load=True,
                   required_loads=_REQUIRED_LOADS, is_magnitude=row in columns.SQUARES, terms_row=terms_row,
-                  has_corners=bool(corners_at), corners_at=corners_at)  # fmt: skip
+                  has_corners=bool(corners_at), corners_at=corners_at,
+                  has_fluctuation=row == columns.TORQUE)  # fmt: skip
 
 
 _SIGNALS = (
@@ -102,6 +103,7 @@ def _along_y(crank_max: FloatArray, _rod: FloatArray, _crank_outer: FloatArray) 
 
 _FORMULAS = (
     *WORK_FORMULAS,
+    ENERGY_FLUCTUATION,
     Formula("pin_force_peak", "N", "largest force in a pin over the turn, of the three", "min",
             ("disc_pivot_force_max_cycle", "crank_pin_force_max_cycle", "slider_pin_force_max_cycle"), largest,
             selects_one=True),

@@ -4,7 +4,7 @@ import re
 
 from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.table import FRAME
-from explore.model.quantities import OUTPUT_STATISTICS, STATISTICS
+from explore.model.quantities import FLUCTUATION, OUTPUT_STATISTICS, STATISTICS
 from explore.studies.request.formula_text import RESERVED
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
@@ -12,7 +12,19 @@ _LONGEST_NAME = 40
 #: Endings of the signals of points, links, slots and joints.
 _SIGNALS = ("x", "y", "velocity", "acceleration", "curvature", "angle", "position")
 #: Endings of statistics of signals, of windows, and of columns that results add.
-_OTHERS = (*STATISTICS, "drive", "return", "forward", "backward", "cycle", "range", "interval", "margin", "label")
+_OTHERS = (
+    *STATISTICS,
+    FLUCTUATION,
+    "drive",
+    "return",
+    "forward",
+    "backward",
+    "cycle",
+    "range",
+    "interval",
+    "margin",
+    "label",
+)
 #: Beginnings of names of metrics.
 _PREFIXES = ("envelope_", "assembles_")
 #: Names of metrics, windows and columns that are whole.
@@ -21,7 +33,7 @@ _WHOLE = (
     "forward", "backward", "interval", "assembly_intervals",
     "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
     "alike", "transmission_angle", "drive_torque", "drive_power", "drive_force", "positive_power", "friction_power",
-    "positive_work", "net_work", "pin_force_peak",
+    "positive_work", "net_work", "energy_fluctuation", "pin_force_peak",
 )  # fmt: skip
 
 

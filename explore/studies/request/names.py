@@ -15,6 +15,7 @@ from explore.model.expressions import FUNCTIONS
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import (
     EXTREME_STATISTICS,
+    FLUCTUATION,
     OUTPUT_STATISTICS,
     STATISTICS,
     AnyMetric,
@@ -37,7 +38,7 @@ _LENGTH_ROUNDING = Fraction(1, 10**12)
 #: Ending of the names of metrics over the interval of a study.
 _OVER_INTERVAL = "_interval"
 #: Statistics of which smaller values are better.
-_MINIMISED = {"variance", "std", "cv", "max", "peak", "rms", "peak_to_peak", "power_mean"}
+_MINIMISED = {"variance", "std", "cv", "max", "peak", "rms", "peak_to_peak", "power_mean", FLUCTUATION}
 
 _LONG_NAMES = {
     "std": "standard deviation",
@@ -48,6 +49,7 @@ _LONG_NAMES = {
     "rms": "root mean square",
     "peak_to_peak": "peak-to-peak value",
     "power_mean": "mean of power 10/3",
+    FLUCTUATION: "range of the integral from the mean",
 }
 
 
@@ -252,7 +254,9 @@ def _parse(mechanism: Mechanism, name: str, window: Window) -> tuple[Signal, str
 
 
 def _check_window(mechanism: Mechanism, signal: Signal, statistic: str, window: Window) -> None:
-    """Raise for a signal in a window where it does not exist."""
+    """Raise for a signal in a window where it does not exist, and for a fluctuation over less than a turn."""
+    if statistic == FLUCTUATION and window.kind != "turn":
+        raise RequestError(f"a {FLUCTUATION} is that of a full turn; use {signal.name}_{statistic}_cycle")
     signals_in_window = [other.name for other in mechanism.signals if window.name in other.only_in]
     if signal.only_in and window.name not in signal.only_in:
         only = signal.only_in[0]
