@@ -27,7 +27,7 @@ def folder(tmp_path, monkeypatch):
 @pytest.fixture(params=["few methods", pytest.param("all methods", marks=pytest.mark.slow)])
 def methods(request, monkeypatch):
     """The methods that are compared: one of each kind, at one setting, timed once and at few angles; or all, fully."""
-    few = ("closed-form", "textbook", "newton", "pylinkage", "rk4", "dop853")
+    few = ("closed-form", "textbook", "newton", "pylinkage", "rk4", "rk45")
     with only(*(few if request.param == "few methods" else METHODS)) as methods:
         if request.param == "few methods":
             methods.update({name: settings[:1] for name, settings in methods.items()} | {"pylinkage": ()})
