@@ -1,4 +1,4 @@
-"""Processes that write a results file, forked from one that has imported everything already.
+"""Processes that write a results file, forked from one that has imported everything and loaded the kernels already.
 
 A fresh Python takes about a second, a fork a few milliseconds, and the process killed is as real. This module runs as a
 process of its own, under the recorder, and takes orders as JSON lines (see `server.py`).
@@ -20,8 +20,11 @@ import pandas as pd  # noqa: F401 -- likewise
 
 import explore.cli
 import explore.cli.commands.sweep
-import explore.evaluation.quadrature.loop
-import explore.running
+import explore.running.runs
+import explore.running.workers
+from explore.evaluation.evaluate import compile_kernels
+from explore.mechanisms.registry import MECHANISMS
+from explore.studies.request.requests import make_request
 from faults import content
 
 _LIBRARY = ctypes.CDLL(None)
@@ -105,6 +108,7 @@ def serve() -> None:
     answer = os.fdopen(os.dup(1), "w", buffering=1)
     del os.environ["LD_PRELOAD"]  # do not record the children of the forks
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    compile_kernels(make_request(MECHANISMS["crank-rocker"]))
     gc.freeze()
     for line in sys.stdin:
         order = json.loads(line)
