@@ -72,6 +72,18 @@ def test_a_slider_keeps_its_distance():
     assert np.abs(slider - points) == pytest.approx(found.link, rel=1e-14)
 
 
+def test_travels_are_those_of_a_million_angles():
+    circle = fit_circles(arc(181)[None])
+    found, arguments = measured(DIRECTION), (circle.radii, circle.centres, np.array([DIRECTION]))
+    rest, _ = slider_positions(arc(1_000_001)[None], *arguments)
+    travel, sines = slider_positions(EXAMPLE.points(START + np.linspace(0, 2 * np.pi, 1_000_001))[None], *arguments)
+
+    # Half a step of 65,536 is 4e-4 of a wave where eight are in the dwell; a cosine is off by half its square.
+    assert found.error == pytest.approx(np.ptp(rest), rel=7e-8)
+    assert found.stroke == pytest.approx(np.ptp(travel), rel=1e-8)
+    assert found.pressure_angle_max == pytest.approx(np.arcsin(np.abs(sines).max()), rel=1e-8)
+
+
 def random_numbers(count):
     """Crank-rockers with points, and guides that their links reach."""
     rng = np.random.default_rng(12)

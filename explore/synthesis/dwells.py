@@ -13,10 +13,8 @@ from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray, FourBar
 
-#: Number of crank angles over the dwell at which motions are measured.
-_N_DWELL = 740
-#: Number of crank angles over the turn at which motions are measured.
-_N_TURN = 7400
+#: Number of crank angles over the dwell, and over the turn, at which motions are measured: travels keep seven digits.
+_N_ANGLES = 1 << 16
 #: Number of Gauss and Newton's steps from the algebraic fit of a circle.
 _N_STEPS = 5
 
@@ -105,8 +103,8 @@ def measure_slider(
 
     Raises `RequestError` if the linkage or the slider cannot be assembled over the whole turn.
     """
-    dwell = linkage.points(start + np.linspace(0.0, span, _N_DWELL))[None]
-    turn = linkage.points(start + np.linspace(0.0, 2.0 * np.pi, _N_TURN))[None]
+    dwell = linkage.points(start + np.linspace(0.0, span, _N_ANGLES))[None]
+    turn = linkage.points(start + np.linspace(0.0, 2.0 * np.pi, _N_ANGLES))[None]
     arguments = np.array([link]), np.array([centre]), np.array([direction])
     rest, _ = slider_positions(dwell, *arguments)
     travel, sines = slider_positions(turn, *arguments)
