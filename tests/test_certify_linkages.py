@@ -248,6 +248,15 @@ def test_forces_are_proved():
     assert {verdict for verdict, _ in proofs_of(mechanism, false, metrics, window="cycle")} == {"refuted"}
 
 
+@pytest.mark.parametrize("metric", ["drive_torque_fluctuation_cycle", "A_force_on_coupler_power_mean_cycle"])
+def test_statistics_without_an_enclosure_are_open(metric):
+    loads = {"gravity": [0, -9.81], "masses": {"B": 2.0}}
+    linkage = Linkage(FOUR_BAR | {"loads": loads})
+    rows = rows_of(linkage, {"r1": 50.0, "r2": 200.0, "r3": 150.0, "r4": 180.0, "speed": 5.0}, [metric])
+    (proof,) = proofs_of(linkage_mechanism(linkage.table), rows, [metric])
+    assert proof == ("open", f"{metric} cannot be certified: no enclosure is implemented")
+
+
 def test_means_of_a_function_with_an_antiderivative():
     """1/(a - cos(theta)), whose integral is 2 arctan(sqrt((a + 1)/(a - 1)) tan(theta/2))/sqrt(a^2 - 1)."""
     with ctx.workprec(128):

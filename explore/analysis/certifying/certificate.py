@@ -13,7 +13,7 @@ from explore.base.errors import RequestError
 from explore.mechanisms.linkages.declared import table_of
 from explore.mechanisms.linkages.metrics import REACH_NAMES
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import EXTREME_STATISTICS, DerivedMetric, Metric, SampledMetric, Signal
+from explore.model.quantities import EXTREME_STATISTICS, MOMENT_STATISTICS, DerivedMetric, Metric, SampledMetric, Signal
 from explore.model.request import Request, needs_stroke
 from explore.model.status import Status
 
@@ -65,6 +65,8 @@ class Certificate:
         if metric.statistic in EXTREME_STATISTICS:
             pair = self._motion.low_and_high(metric.signal, metric.window)
             enclosure: Enclosure | None = from_extremes(metric.statistic, *pair)
+        elif metric.statistic not in MOMENT_STATISTICS:
+            raise UnprovedError(f"{metric.name} cannot be certified: no enclosure is implemented")
         else:
             needs_mean = metric.statistic != "rms"
             pair = self._motion.mean_and_square(metric.signal, metric.window, needs_mean=needs_mean)
