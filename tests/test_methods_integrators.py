@@ -263,3 +263,10 @@ def test_projection_finds_the_nearest_closed_loop():
     projected_again, corrections = project_onto_loop(FOUR_BAR, columns, crank, angles)
     assert np.abs(projected_again - exact).max() < 2e-15
     assert corrections.tolist() == [1, 1]
+
+
+@pytest.mark.parametrize("unknowns", [[0.3, np.nan], [0.3, 0.3]])
+def test_rates_that_are_not_finite_are_an_error(unknowns):
+    """Of no angle, and of two links in one line, whose matrix is singular."""
+    with pytest.raises(FloatingPointError, match="the rates are not finite"):
+        DesignEquations(FOUR_BAR, np.append(PUBLISHED, 1.0)).rates(1.0, np.array(unknowns))

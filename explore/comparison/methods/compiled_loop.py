@@ -21,7 +21,10 @@ def number_terms(loop: Loop) -> npt.NDArray[np.int64]:
 # compiled for the types of the first call, which only a comparison makes
 @compiled(allocates=True)
 def fill_rates(which, numbers, n_angles, n_lengths, turns, given, crank_angle, unknowns, rates):
-    """Fill the rates of the unknowns of one design; `given` is empty, or the given length and its derivative."""
+    """Fill the rates of the unknowns of one design, and return whether all are finite.
+
+    `given` is empty, or the given length and its derivative.
+    """
     m, chains = len(unknowns), len(unknowns) // 2
     turned, slid = np.ones(n_angles + turns + 1, np.complex128), np.empty(n_lengths + (len(given) > 0))
     by_angle, by_length = np.empty((chains, len(turned)), np.complex128), np.empty((chains, len(slid)), np.complex128)
@@ -37,6 +40,7 @@ def fill_rates(which, numbers, n_angles, n_lengths, turns, given, crank_angle, u
     fill_rate_terms(rows, by_angle, by_length, n_angles, n_lengths, turns, sliding)
     solve_rows(rows, by_angle, by_length, n_angles)
     rates[:] = rows[:, m]
+    return np.isfinite(rates).all()
 
 
 @subroutine()

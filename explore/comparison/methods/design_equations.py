@@ -11,6 +11,9 @@ from explore.comparison.methods.loop import Linearised, Loop
 from explore.comparison.methods.loop_closure import project_onto_loop
 from explore.model.quantities import FloatArray
 
+#: The length that is given to a loop that has none.
+_NOTHING: FloatArray = np.empty(0)
+
 
 class DesignEquations:
     """The equations of one design, with counters of evaluations and steps."""
@@ -20,7 +23,8 @@ class DesignEquations:
         self.scales = np.array(loop.scales(self.columns))
         self._floats = loop.columns(parameters.tolist())
         self._numbers = [[complex(number) for number in chain] for chain in loop.numbers(self.columns)]
-        self._terms = number_terms(loop), np.array([number for chain in self._numbers for number in chain])
+        numbers = np.array([number for chain in self._numbers for number in chain])
+        self._terms = number_terms(loop), numbers, loop.n_angles, loop.n_lengths, loop.turns
         self.evaluations = self.steps = 0
 
     def about(self, crank: float, unknowns: FloatArray) -> tuple[Linearised, Any]:
@@ -31,10 +35,8 @@ class DesignEquations:
     def rates(self, crank: float, unknowns: FloatArray) -> FloatArray:
         """The rates of the unknowns; ArithmeticError if not finite."""
         self.evaluations += 1
-        loop, given = self.loop, self.loop.given(self._floats, crank, math) or ()
-        rates = np.empty(loop.count)
-        fill_rates(*self._terms, loop.n_angles, loop.n_lengths, loop.turns, np.array(given[:2]), crank, unknowns, rates)
-        if not np.isfinite(rates).all():
+        given, rates = self.loop.given(self._floats, crank, math), np.empty(self.loop.count)
+        if not fill_rates(*self._terms, np.array(given[:2]) if given else _NOTHING, crank, unknowns, rates):
             raise FloatingPointError("the rates are not finite")
         return rates
 
