@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from studies import GOOD, with_parameter
 
 import explore
+from explore.base.units.quantities import quantity
 from explore.mechanisms.registry import MECHANISMS
 from explore.studies.config.study_file import load_study, starter
 from explore.studies.designs.spaces import BLOCK_SIZE, ContinuousAxis, ListedAxis, SpacedAxis
@@ -166,6 +168,33 @@ def test_speed_units(load, value):
     assert load(GOOD + f"speed = {value}\n").space.axes[-1].values_at(np.array([0]))[0] == pytest.approx(
         2 * math.pi, rel=3e-16
     )
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "count", "unit"),
+    [("20", "60", 41, "rpm"), ("0.1", "10", 100, "rpm"), ("9", "90", 10, "deg/s"), ("0.5", "5", 46, "Hz")],
+)
+def test_even_speeds_are_those_that_a_condition_names(load, start, stop, count, unit):
+    """A condition such as `speed <= 33 rpm` would leave out what rounding has above it."""
+    study = load(GOOD + f'speed = {{ start = "{start} {unit}", stop = "{stop} {unit}", num = {count} }}\n')
+    step = (Fraction(stop) - Fraction(start)) / (count - 1)
+    named = [f"{float(Fraction(start) + k * step)!r} {unit}" for k in range(count)]
+    assert study.space.designs(0, count)["speed"].tolist() == [quantity(text, "rad/s") for text in named]
+
+
+def test_speeds_that_are_no_decimals_of_their_unit_stay(load):
+    study = load(GOOD + 'speed = { start = "1 rpm", stop = "2 rpm", num = 4 }\n')
+    expected = [2 * math.pi / 60 * (1 + k / 3) for k in range(4)]
+    assert study.space.designs(0, 4)["speed"] == pytest.approx(expected, rel=4e-16)
+
+
+def test_hash_depends_on_the_unit_of_even_speeds(load):
+    """Their last digits do."""
+    plain, in_rpm = (
+        load(GOOD + f"speed = {{ start = {start}, stop = {stop}, num = 41 }}\n")
+        for start, stop in [(quantity("20 rpm", "rad/s"), quantity("60 rpm", "rad/s")), ('"20 rpm"', '"60 rpm"')]
+    )
+    assert plain.sha256 != in_rpm.sha256
 
 
 def test_a_thousand_million_million_designs_are_a_study(load):

@@ -36,6 +36,8 @@ _EXAMPLES = {"mm": "mm, cm, m or in", "deg": "deg or rad", "rad/s": "rad/s, deg/
 
 #: A full turn, deg.
 _TURN = 360
+#: Largest integer of a factor without pi; one with pi has 50 digits.
+_LARGEST_RATIONAL = 2**53
 
 
 class WrittenNumber(float):
@@ -138,6 +140,18 @@ def unit_factor(source: str, target: str) -> Fraction:
     if target == "rad/s":
         source = _HERTZ.sub("turn/s", source)  # 1 Hz of a rotating part is 1 turn/s
     return _factor(source, target)
+
+
+def irrational_factor(values: Sequence[object], unit: str) -> Fraction:
+    """The factor, with pi, to the declared unit from that which all texts of quantities have; 1 where there is none.
+
+    Decimals of other units are decimals of the declared one.
+    """
+    matches = [_QUANTITY.fullmatch(value) if isinstance(value, str) else None for value in values]
+    units = {match[2] if match else None for match in matches}
+    written = units.pop() if len(units) == 1 else None
+    factor = unit_factor(written, unit) if written else Fraction(1)
+    return factor if max(factor.as_integer_ratio()) > _LARGEST_RATIONAL else Fraction(1)
 
 
 def join_unit(powers: Mapping[str, int]) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import closest_name, format_value, suggestion
+from explore.base.units.quantities import irrational_factor
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import Parameter
 from explore.studies.config.schema import RangeTable, SpacedTable, read
@@ -119,7 +120,8 @@ class _AxisReader:
         elif num == 1:
             return ListedAxis(self.parameter.name, (start,))
         else:
-            return self.on_choices(SpacedAxis(self.parameter.name, start, stop, num))
+            unit = irrational_factor([table.start, table.stop], self.parameter.unit)
+            return self.on_choices(SpacedAxis(self.parameter.name, start, stop, num, unit))
         return None
 
     def on_choices(self, axis: SpacedAxis) -> SpacedAxis | None:

@@ -174,4 +174,5 @@ def _axis_content(axis: Axis | SolvedLength) -> dict[str, object]:
         return {"values": axis.values}
     if isinstance(axis, ContinuousAxis):
         return {"min": axis.low, "max": axis.high, "log": axis.log}
-    return {"start": axis.start, "stop": axis.stop, "num": axis.num}
+    unit = {} if axis.unit == 1 else {"unit": float(axis.unit)}
+    return {"start": axis.start, "stop": axis.stop, "num": axis.num, **unit}

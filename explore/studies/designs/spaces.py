@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import numpy as np
 import numpy.typing as npt
@@ -24,19 +25,37 @@ Indices = npt.NDArray[np.int64]
 _DECIMAL_DIGITS = 12
 #: Largest power of ten that a double holds exactly.
 _EXACT_POWER = 22
+#: Factor that splits a double in halves.
+_SPLIT = 2.0**27 + 1.0
 #: Bound on the rounding errors of a start and a multiple of a step, relative to the larger end: four roundings.
 _ROUNDING = 4.0 * np.finfo(float).eps
 
 
-def _as_decimals(values: FloatArray, size: float, step: float) -> FloatArray:
-    """Values of at most a size; those that only rounding keeps from a decimal as that, as a user writes it."""
-    power = _DECIMAL_DIGITS - 1 - math.floor(math.log10(size))
+def _as_decimals(values: FloatArray, size: float, step: float, unit: Fraction) -> FloatArray:
+    """Values of at most a size; those that only rounding keeps from a decimal of a unit as that, as users write it."""
+    power = _DECIMAL_DIGITS - 1 - math.floor(math.log10(size / unit))
     if not 0 <= power <= _EXACT_POWER:
         return values
-    decimals = np.rint(values * 10.0**power) / 10.0**power
+    numbers = np.rint(values * 10.0**power / float(unit))
+    decimals = numbers / 10.0**power if unit == 1 else _products(numbers, unit / 10**power)
     # a range of a few roundings keeps its values apart
     is_near = np.abs(decimals - values) <= min(_ROUNDING * size, 1e-3 * abs(step))
     return np.where(is_near, decimals, values)
+
+
+def _products(numbers: FloatArray, factor: Fraction) -> FloatArray:
+    """Whole numbers times a factor, rounded once: Dekker's product, and that with the rest of the factor."""
+    high = float(factor)
+    (a, b), (c, d) = _halves(numbers), _halves(np.float64(high))
+    products = numbers * high
+    rest = (a * c - products) + a * d + b * c + b * d
+    return np.asarray(products + (rest + numbers * float(factor - Fraction(high))))
+
+
+def _halves(values: FloatArray | np.float64) -> tuple[FloatArray | np.float64, FloatArray | np.float64]:
+    """Two parts whose sum the values are, with so few digits that their products are exact."""
+    high = _SPLIT * values - (_SPLIT * values - values)
+    return high, values - high
 
 
 @dataclass(frozen=True)
@@ -70,12 +89,13 @@ class ListedAxis:
 
 @dataclass(frozen=True)
 class SpacedAxis:
-    """An axis of `num` evenly spaced values, both ends included."""
+    """An axis of `num` evenly spaced values, both ends included; `unit` is what the decimals of a user count in."""
 
     name: str
     start: float
     stop: float
     num: int
+    unit: Fraction = Fraction(1)
 
     def __len__(self) -> int:
         return self.num
@@ -96,7 +116,7 @@ class SpacedAxis:
             return np.full(indices.shape, self.start)
         step = (self.stop - self.start) / (self.num - 1)
         sums: FloatArray = np.asarray(self.start + indices * step, dtype=np.float64)
-        values = _as_decimals(sums, max(abs(self.start), abs(self.stop)), step)
+        values = _as_decimals(sums, max(abs(self.start), abs(self.stop)), step, self.unit)
         values = np.where(indices == 0, self.start, values)
         return np.where(indices == self.num - 1, self.stop, values)
 
