@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy import optimize
+import scipy  # whose parts are imported on first use
 
 from explore.comparison.methods.closed_form import initial_guess
 from explore.comparison.methods.contract import Capability, Motion, Outcome, Task
@@ -43,7 +43,7 @@ class Fsolve:
             for i, parameters in enumerate(task.parameters):
                 guess, equations = start[i], DesignEquations(task.loop, parameters)
                 for j, crank in enumerate(task.crank_angle[i]):
-                    guess, info, code, _ = optimize.fsolve(
+                    guess, info, code, _ = scipy.optimize.fsolve(
                         _gap, guess, (equations, float(crank)), full_output=True, xtol=self.tolerance
                     )
                     motion.evaluations[i] += info["nfev"]

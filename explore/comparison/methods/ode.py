@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
-from scipy.integrate import DOP853, RK45, Radau
+import scipy  # whose parts are imported on first use
 
 from explore.comparison.methods.closed_form import start_values
 from explore.comparison.methods.contract import Capability, Motion, Outcome, Task
@@ -16,8 +16,6 @@ from explore.model.quantities import FloatArray
 
 #: Names of the solvers.
 AdaptiveSolver = Literal["RK45", "DOP853", "Radau"]
-#: Solvers of SciPy by name.
-_SOLVERS: dict[AdaptiveSolver, Any] = {"RK45": RK45, "DOP853": DOP853, "Radau": Radau}
 #: Absolute over relative tolerance, as SciPy's defaults; a constant one of 1e-6 would dominate finer ones.
 _ATOL_BY_RTOL = 1e-3
 
@@ -86,7 +84,7 @@ class VelocityIntegration:
         """Integrate one design and fill its ``unknowns[m, t]`` up to where the solver stops."""
         if self.projected:
             start = equations.project(crank[0], start)
-        solver = _SOLVERS[self.solver](
+        solver = getattr(scipy.integrate, self.solver)(
             equations.rates, crank[0], start, crank[-1], rtol=self.rtol,
             atol=_ATOL_BY_RTOL * self.rtol * equations.scales,
         )  # fmt: skip
