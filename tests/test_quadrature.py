@@ -145,6 +145,15 @@ def test_panels_recover_the_length_of_their_interval(anchor, here, there, first,
         assert weight[0] == weight[-1] == 0.0
 
 
+@pytest.mark.parametrize("rate", [1e-31, 0.0])
+def test_a_singularity_at_a_node_asks_for_the_most_nodes(rate):
+    """No number of nodes would do; made whole, it had the smallest integer, and memory before the rules was read."""
+    panels = np.ones(PANELS_SIZE)
+    panels[RATE], panels[TARGET] = rate, -20.0
+    count_nodes(panels, 1, 2)
+    assert panels[COUNT] == LARGEST_NODE_COUNT
+
+
 @pytest.mark.parametrize("anchor", [0, 1])
 def test_panels_know_their_nearest_singularity(anchor):
     """The sum of semi-axes of the largest ellipse with the ends of the panel as foci that meets no singularity."""

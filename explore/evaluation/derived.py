@@ -2,9 +2,9 @@
 
 The error bound is the largest change of the value when one input moves up or down by its own bound, summed over the
 inputs, plus the rounding of the function. For smooth functions it is a bound to first order. For a formula that selects
-one of its inputs it is the largest change, not the sum, relative to what theirs are relative to. That of a formula that
-a user writes is propagated through its operations (`explore.evaluation.propagation`). Parameters and closed-form
-metrics count as exact. A parameter that a design does not give is NaN.
+one of its inputs it is the largest change, not the sum. That of a formula that a user writes is propagated through its
+operations (`explore.evaluation.propagation`). Parameters and closed-form metrics count as exact. A parameter that a
+design does not give is NaN.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -66,9 +66,7 @@ class Derivation:
                 value, bound, scale = propagate(function, sources)
             else:
                 value, bound = _bound_by_changes(metric.formula, function, sources)
-                scale = np.abs(value)
-                if metric.formula.selects_one:
-                    scale = np.maximum.reduce([scale, *(source.scale for source in sources)])
+                scale = sources[0].scale if metric.formula.is_alias else np.abs(value)
             bound = np.where(np.isfinite(value), bound, 0.0)
             self._evaluated[metric.name] = Bounded(value, bound, scale)
         return self._evaluated[metric.name]

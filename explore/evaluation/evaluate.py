@@ -93,7 +93,7 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     `parameters` has the metrics that are given with the designs, too. The columns are those of `output_columns`,
     without "design". Designs that miss the tolerance are evaluated once more by the precise functions of the mechanism,
     if it has these, for marks that windows end at too. Not where laws change at marks, nor with signals that have
-    corners: a curvature where a point rests misses it with any digits.
+    corners or singularities of their own: a curvature where a point rests misses it with any digits.
     """
     _keep_freed_memory()
     evaluation = _evaluate_in_digits(request, parameters)
@@ -108,7 +108,8 @@ def _evaluate_in_digits(request: Request, parameters: Arrays) -> Evaluation:
     missed = np.flatnonzero(~(evaluation.columns["error"] <= request.tolerance))
     has_marks = any(metric.window.needs_stroke for metric in request.sampled)
     is_rough = bool(request.breaks) or (has_marks and request.kernel.precise_close is None)
-    is_rough |= any(metric.signal.has_corners for metric in request.sampled)
+    signals = [metric.signal for metric in request.sampled]
+    is_rough |= any(signal.has_corners or signal.has_own_singularities for signal in signals)
     mechanism = None if is_rough or not len(missed) else request.kernel.precise
     if mechanism is None:
         return evaluation

@@ -117,6 +117,8 @@ def _quadrature_of(request: Request, metric: SampledMetric) -> Quadrature:
     if signal.has_corners:
         # A corner between the nodes of a rule may hide from its check.
         return _resolved(declared) if signal.corners_at else _adaptive(declared)
+    if signal.has_own_singularities:
+        return _resolved(declared)
     if isinstance(declared, Located) and (request.breaks or metric.window.kind == "clutch" or has_own_places(metric)):
         # A distance is one of all laws together, and the phases of clutches are not known before sampling.
         return _resolved(declared)

@@ -124,12 +124,12 @@ def _signals_of(link: FloatingLink, number: int, point: str) -> tuple[Signal, ..
 
     def declare(
         name: str, unit: str, long_name: str, row: int, terms_row: int, power: int = 0, pole_order: int = 2,
-        *, squares: bool = False, rate_of: str = "", has_corners: bool = False,
+        *, squares: bool = False, rate_of: str = "", has_own_singularities: bool = False,
     ) -> Signal:  # fmt: skip
         return Signal(
             f"{point}_{name}", unit, long_name, first + row, place if unit == "mm" else place << 1,
             power * link.rate_power, pole_order, is_magnitude=squares, terms_row=first + terms_row, point=point,
-            has_corners=has_corners,
+            has_own_singularities=has_own_singularities,
             derivative_of=f"{point}_{rate_of}" if rate_of and link.rate_power else "",
         )  # fmt: skip
 
@@ -152,7 +152,7 @@ def _signals_of(link: FloatingLink, number: int, point: str) -> tuple[Signal, ..
         declare("acceleration", "mm/s^2", f"acceleration of {point}, its magnitude", ACCELERATION_SQUARE,
                 ACCELERATION_TERMS, 2, 6, squares=True),
         # where the path would stop, at a complex angle
-        declare("curvature", "1/mm", curvature, CURVATURE, CURVATURE_TERMS, has_corners=True),
+        declare("curvature", "1/mm", curvature, CURVATURE, CURVATURE_TERMS, has_own_singularities=True),
     )  # fmt: skip
 
 

@@ -138,13 +138,16 @@ class Signal(Quantity):
         Whether the signal is small beside the terms in `terms_row` and has their singularities.
     has_corners
         Whether the signal has corners at angles that the mechanism does not know, as a power without its negative
-        part, or complex singularities of its own, as a curvature: its statistics take the adaptive quadrature.
+        part: its statistics take the adaptive quadrature.
     corners_at
         Names of the signals at whose levels the corners are, as the power itself. The places are found, and the
         quadrature does not go across them. Empty for corners that are seen only if they are as wide as the distance of
         samples.
     corner_levels
         Values of its row at which signals have corners that name this one in `corners_at`.
+    has_own_singularities
+        Whether it has complex singularities that the mechanism does not know, as a curvature above the places where the
+        point is slow: the quadrature is that of a mechanism that declares none.
     relative_to
         Name of the length parameter that the signal is comparable with in size and grows with, by which its rounding
         is bounded; empty for an angle, a number, and where it is that of the signal that this one is the derivative of.
@@ -177,6 +180,7 @@ class Signal(Quantity):
     has_corners: bool = False
     corners_at: tuple[str, ...] = ()
     corner_levels: tuple[float, ...] = (0.0,)
+    has_own_singularities: bool = False
     relative_to: str = ""
     derivative_of: str = ""
     extremes_at: tuple[str, ...] = ()
@@ -254,6 +258,8 @@ class Formula(Quantity):
         Parameters among the inputs that a design may leave at 0, and metrics that it may lack for want of strokes.
     selects_one
         Whether the value is one of the inputs, such as the largest.
+    is_alias
+        Whether it is its only input by another name, whose error is relative to what that of the input is relative to.
     """
 
     sense: Sense | None
@@ -262,6 +268,7 @@ class Formula(Quantity):
     alternatives: tuple[str, ...] = ()
     optional: tuple[str, ...] = ()
     selects_one: bool = False
+    is_alias: bool = False
 
 
 @dataclass(frozen=True)

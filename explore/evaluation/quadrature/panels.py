@@ -141,8 +141,8 @@ def count_nodes(panels, count, order):
         for _ in range(3):
             following = lower + power * logarithm((2.0 * nodes + 1.0) * one_over_half)
             nodes = following if following > nodes else nodes
-        nodes = math.ceil(nodes)
-        panels[COUNT + k] = nodes if nodes < LARGEST_NODE_COUNT else 1.0 * LARGEST_NODE_COUNT
+        # before it is made whole: a number without end has none
+        panels[COUNT + k] = math.ceil(nodes if nodes < LARGEST_NODE_COUNT else 1.0 * LARGEST_NODE_COUNT)
 
 
 @subroutine(contract=True)

@@ -33,7 +33,7 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
     if not table.driven_slot:
         words = "torque of the drive on the driver, counter-clockwise positive"
         of_driver = _quantity(loading, torque, _TORQUE, "N m", words, 0)
-        yield replace(of_driver, signal=replace(of_driver.signal, has_fluctuation=True))
+        yield replace(of_driver, signal=replace(of_driver.signal, has_fluctuation=table.limits is None))
     yield _quantity(loading, torque, "drive_power", "W", "power of the drive")
     positive = torque.call("maximum", equations.graph.constant(0.0))
     yield _quantity(

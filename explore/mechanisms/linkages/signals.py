@@ -56,7 +56,7 @@ def _of_point(point: str, equations: Equations) -> Iterator[Quantity]:
     curvature = (x.terms[1] * y.terms[2] - y.terms[1] * x.terms[2]) / cube
     long_name = f"curvature of the path of {point}, positive where it turns left"
     quantity = _quantity(f"{point}_curvature", "1/mm", long_name, curvature)
-    yield replace(quantity, signal=replace(quantity.signal, has_corners=True))
+    yield replace(quantity, signal=replace(quantity.signal, has_own_singularities=True))
 
 
 def _of_link(link: str, equations: Equations) -> Iterator[Quantity]:
