@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from textwrap import indent
 
 import numpy as np
 import pytest
@@ -47,11 +48,12 @@ def report(cache, script):
     return json.loads(process.stdout)
 
 
-def sweep(folder, cache, *options, before=""):
-    """Standard error of `explore sweep` of one design, in a process of its own that first runs `before`."""
+def sweep(folder, cache, *options, before="", after=""):
+    """What `explore sweep` of one design says in a process of its own, and what scripts before and after it print."""
     (folder / "one.toml").write_text(GOOD)
+    script = f"{before}\nfrom explore.cli import main\ntry:\n    main()\nfinally:\n    pass\n{indent(after, '    ')}"
     process = subprocess.run(
-        [sys.executable, "-c", f"{before}\nfrom explore.cli import main; main()", "sweep", "one.toml", *options],
+        [sys.executable, "-c", script, "sweep", "one.toml", *options],
         cwd=folder,
         env={**os.environ, "NUMBA_CACHE_DIR": str(cache)},
         capture_output=True,
@@ -59,14 +61,35 @@ def sweep(folder, cache, *options, before=""):
         check=True,
         timeout=300,
     )
-    return process.stderr
+    return process.stderr, process.stdout
+
+
+#: A function that counts packed and single instructions in the machine code of functions, by the part of each.
+COUNTING = """
+import json, re
+def counts_of(functions):
+    parts = {}
+    for function in functions:
+        (code,) = function.inspect_asm().values()
+        found = re.split(r"^_ZN\\w*?\\d([a-z_]+)B\\d\\S*:", code, flags=re.MULTILINE)
+        for name, part in zip(found[1::2], found[2::2]):
+            counts = [len(re.findall(r"\\tv?" + word, part)) for word in ("divpd", "sqrtpd", "sqrtsd")]
+            parts.setdefault(f"{function.__module__}.{name}", counts)
+    return json.dumps(parts)
+"""
+#: A script that counts those of what a sweep of a crank-rocker compiled.
+OF_SWEEP = f"""{COUNTING}
+from explore.evaluation.quadrature import loop
+from explore.mechanisms.crank_rocker import kernel
+print(counts_of([loop.sample_moments, kernel.close, kernel.fill]))
+"""
 
 
 @pytest.fixture(scope="module")
 def first(tmp_path_factory):
-    """The cache of the compiled kernels after the first command on a machine, and standard error of that command."""
+    """The cache of the compiled kernels after the first command on a machine, what that said, and what it compiled."""
     cache = tmp_path_factory.mktemp("numba")
-    return cache, sweep(tmp_path_factory.mktemp("first"), cache)
+    return cache, *sweep(tmp_path_factory.mktemp("first"), cache, after=OF_SWEEP)
 
 
 def remove_closed_form(cache):
@@ -96,33 +119,23 @@ KERNELS = ("_fill_rates", "_fill_angles", "_fill_forces_with_masses", "_fill_sli
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="reads x86-64 assembly")
-def test_the_loops_over_lanes_are_vectorised(tmp_path):
+def test_the_loops_over_lanes_are_vectorised(first, tmp_path):
     """In the machine code that runs: a loop that vectorises when it is compiled alone need not among its callers."""
-    script = """
-import json, re
-from numba import types
+    script = f"""{COUNTING}
 from explore.base.compiler_passes import quick_compilation
 from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE
-from explore.evaluation.quadrature import loop
-from explore.mechanisms.crank_rocker import extended, kernel
+from explore.mechanisms.crank_rocker import extended
 from explore.mechanisms.rig import kernel as rig_kernel
 from explore.mechanisms.slider_crank import extended as slider_extended, kernel as slider_kernel
-signatures = {loop.sample_moments: loop._signature(types.none, types.none)}
-for module in (kernel, extended, rig_kernel, slider_kernel, slider_extended):
-    signatures |= {module.close: CLOSE_SIGNATURE, module.fill: FILL_SIGNATURE}
+signatures = {{}}
+for module in (extended, rig_kernel, slider_kernel, slider_extended):
+    signatures |= {{module.close: CLOSE_SIGNATURE, module.fill: FILL_SIGNATURE}}
 with quick_compilation():
     for function, signature in signatures.items():
         function.compile(signature)
-parts = {}
-for function in signatures:
-    (code,) = function.inspect_asm().values()
-    found = re.split(r"^_ZN\\w*?\\d([a-z_]+)B\\d\\S*:", code, flags=re.MULTILINE)
-    for name, part in zip(found[1::2], found[2::2]):
-        counts = [len(re.findall(r"\\tv?" + word, part)) for word in ("divpd", "sqrtpd", "sqrtsd")]
-        parts.setdefault(f"{function.__module__}.{name}", counts)
-print(json.dumps(parts))
+print(counts_of(signatures))
 """
-    parts = report(tmp_path, script)
+    parts = json.loads(first[2].splitlines()[-1]) | report(tmp_path, script)
 
     for name, (divisions, roots, single_roots) in parts.items():
         module, function = name.rsplit(".", 1)
@@ -133,11 +146,11 @@ print(json.dumps(parts))
 
 
 def test_compiling_is_announced_once_and_the_next_start_is_silent(first, tmp_path):
-    cache, errors = first
+    cache, errors, _ = first
 
     assert errors.splitlines()[0].startswith("compiling the kernels")
     assert errors.count("compiling") == 1
-    assert "compiling" not in sweep(tmp_path, cache)
+    assert "compiling" not in sweep(tmp_path, cache)[0]
 
 
 def test_a_slow_start_is_not_taken_for_compiling(first, tmp_path):
@@ -151,7 +164,7 @@ sys.meta_path.insert(0, Slow())
 """
     begun = time.monotonic()
 
-    assert "compiling" not in sweep(tmp_path, first[0], before=slow)
+    assert "compiling" not in sweep(tmp_path, first[0], before=slow)[0]
     assert time.monotonic() - begun > 2
 
 
@@ -159,7 +172,7 @@ def test_a_quiet_sweep_compiles_silently(first, tmp_path):
     cache = first[0]
     remove_closed_form(cache)
 
-    assert sweep(tmp_path, cache, "--quiet") == ""
+    assert sweep(tmp_path, cache, "--quiet")[0] == ""
     assert list(cache.rglob("designs.close_all*.nbi")), "nothing was compiled, so nothing was tried"
 
 
