@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 from types import SimpleNamespace
 
 import mpmath as mp
@@ -14,6 +15,7 @@ import explore
 from explore.analysis.tuning.curves import END_OF_RANGE, Run
 from explore.analysis.tuning.intervals import End, Interval, find_intervals
 from explore.charts import tuning_chart
+from explore.cli.tuning_sentences import describe_tuning
 from explore.mechanisms.registry import MECHANISMS
 
 #: The optimum of the published study, mm.
@@ -184,6 +186,21 @@ def test_the_curve_has_the_metrics_at_its_points():
     assert set(ends) <= set(curve["crank"])
     assert curve.attrs["units"]["transmission_angle_min"] == "deg"
     assert len(tuning_chart(tuning).axes) == 3
+
+
+def test_the_curve_has_its_errors_and_a_line_says_where_they_miss_the_tolerance():
+    """The pin D of a crank shaper turns about a pivot 260 mm away, and rests at the ends of its strokes."""
+    shaper = explore.load_linkage(Path(explore.__file__).parent / "data/linkages/crank-shaper.toml")
+    design = {"height": 120, "r": 50, "l": 260, "k": 80, "rise": 145, "speed": 6}
+    asked = {"parameter": "r", "start": 34, "stop": 36}
+    curvature = explore.tune(shaper, design, metric="D_curvature_max", **asked)
+    stroke = explore.tune(shaper, design, metric="stroke", **asked)
+
+    assert (curvature.curve["error"] > 1e-12).all()
+    count = len(curvature.curve)
+    assert f"{count} of {count} values of the curve may miss the tolerance" in describe_tuning(curvature, {})[-1]
+    assert (stroke.curve["error"] <= 1e-12).all()
+    assert len(describe_tuning(stroke, {})) == 1
 
 
 def test_units_may_follow_every_value():

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def describe_tuning(tuning: Tuning, sentences: Mapping[str, str]) -> list[str]:
-    """Where the metric is within its bounds, and which of them it does not reach."""
+    """Where the metric is within its bounds, which of them it does not reach, and which values are inexact."""
     lines = []
     for interval in tuning.intervals:
         places = [_place(tuning, end, sentences) for end in dict.fromkeys((interval.start, interval.stop))]
@@ -32,6 +32,10 @@ def describe_tuning(tuning: Tuning, sentences: Mapping[str, str]) -> list[str]:
             lines.append(f"{names} {verb} not reached: {reason} {_place(tuning, extreme, sentences)}")
     if not lines:
         lines.append(f"no {tuning.parameter} gives {tuning.metric} {wanted_values(tuning)}: it jumps across")
+    errors, tolerance = tuning.curve["error"], tuning.curve.attrs["tolerance"]
+    if n_missed := int((errors > tolerance).sum()):
+        values = f"{n_missed:,} of {len(errors):,} values of the curve"
+        lines.append(f"{values} may miss the tolerance of {tolerance:g}; the column error has their bounds")
     return lines
 
 

@@ -43,8 +43,9 @@ class Tuning:
     Attributes
     ----------
     curve
-        The parameter, ascending, the metrics, and ``piece``, the number of the run: between two runs the metric does
-        not exist. ``curve.attrs["units"]`` has the units.
+        The parameter, ascending, the metrics, ``error``, the bound on their relative errors, and ``piece``, the number
+        of the run: between two runs the metric does not exist. ``curve.attrs["units"]`` has the units, and
+        ``curve.attrs["tolerance"]`` what `error` is to keep.
     intervals
         Where the metric is within its bounds, ascending; empty where it never is.
     reach
@@ -169,7 +170,8 @@ def tune(
     intervals = find_intervals(function, runs, *bounds)
     curve = _make_curve(function, runs, intervals, names)
     units = {m.name: m.unit for m in request.all_metrics}
-    curve.attrs["units"] = {parameter: varied.unit, **{name: units[name] for name in names}, "piece": "1"}
+    curve.attrs["units"] = {parameter: varied.unit, **{name: units[name] for name in names}, "error": "1", "piece": "1"}
+    curve.attrs["tolerance"] = tolerance
     return Tuning(
         curve, tuple(intervals), find_reach(runs), parameter, metric, bounds, others, known.get(parameter, math.nan)
     )
@@ -260,5 +262,6 @@ def _make_curve(
         within = ends[(ends >= run.parameters[0]) & (ends <= run.parameters[-1])]
         points = np.unique(np.concatenate([run.parameters, within]))
         columns = function.columns(points)
-        pieces.append(pd.DataFrame({name: columns[name] for name in (function.parameter, *names)}).assign(piece=number))
+        shown = (function.parameter, *names, "error")
+        pieces.append(pd.DataFrame({name: columns[name] for name in shown}).assign(piece=number))
     return pd.concat(pieces, ignore_index=True)

@@ -18,6 +18,8 @@ _N_SCAN = 257
 _N_STEP = 64
 #: Difference of neighbours, relative to them and to the median, up to which it may be rounding and makes no extreme.
 _NOISE = 1e-12
+#: Largest number of extremes that are searched; a run with more is noise, of values that miss their tolerance.
+_MOST_EXTREMES = 64
 #: Statuses of designs with values.
 _WITH_VALUES = (int(Status.OK), int(Status.TOLERANCE_NOT_MET))
 #: Cause of the end of a run at the end of the range that was searched.
@@ -141,12 +143,14 @@ def _with_extremes(function: MetricOfParameter, run: Run) -> Run:
     if rises and run.causes[1] == END_OF_RANGE:
         brackets.append((int(moves[-1]), len(steps), rises[-1], not rises[-1]))
     points = []
-    for first, last, is_before, is_after in brackets:
-        if is_before != is_after:
-            sign = -1.0 if is_before else 1.0
-            place, value = _least(function, run.parameters[first], run.parameters[last], sign)
-            if (sign * (run.values[[first, last]] - value) > noise[first]).all():
-                points.append((place, value))
+    turns = [bracket for bracket in brackets if bracket[2] != bracket[3]]
+    if len(turns) > _MOST_EXTREMES:
+        return run
+    for first, last, is_before, _ in turns:
+        sign = -1.0 if is_before else 1.0
+        place, value = _least(function, run.parameters[first], run.parameters[last], sign)
+        if (sign * (run.values[[first, last]] - value) > noise[first]).all():
+            points.append((place, value))
     if not points:
         return run
     parameters = np.concatenate([run.parameters, [x for x, _ in points]])

@@ -232,7 +232,7 @@ def _print(tuning: Tuning, sentences: Mapping[str, str]) -> None:
     for line in describe_tuning(tuning, sentences):
         say(line, data=True)
     curve, units = tuning.curve, tuning.curve.attrs["units"]
-    names = [str(name) for name in curve if name != "piece"]
+    names = [str(name) for name in curve if name not in ("error", "piece")]
     rows = [[number(float(curve[name].iloc[line])) for name in names] for line in _table_lines(tuning)]
     print_table("control curve", [(name, units[name]) for name in names], rows, hint="-o FILE.csv writes all")
 

@@ -34,7 +34,7 @@ def tuning_chart(tuning: Tuning) -> Figure:
         The result of `explore.tune`.
     """
     units = tuning.curve.attrs["units"]
-    names = [str(name) for name in tuning.curve if name not in (tuning.parameter, "piece")]
+    names = [str(name) for name in tuning.curve if name not in (tuning.parameter, "error", "piece")]
     figure = new_figure(9.0, _REST_HEIGHT + _PANEL_HEIGHT * len(names))
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for number, (panel, name) in enumerate(zip(panels, names, strict=True)):
