@@ -63,3 +63,16 @@ def test_formulas_that_are_refused(text, first, last, message):
 def test_tables_that_are_refused(x, y, message):
     with pytest.raises(RequestError, match=message):
         table_law(x, y)
+
+
+@pytest.mark.parametrize(
+    ("law", "places"),
+    [
+        (formula_law("abs(x - 0.4112)", 0.0, 1.0), [0.4112, 1.0]),
+        (formula_law("sin(x)", 0.0, 170.0), [0.0, 90.0]),
+        (table_law([0.0, 1.0, 3.3], [0.0, 1.0, 0.0]), [0.0, 1.0]),
+    ],
+)
+def test_the_output_turns_from_the_least_to_the_greatest_value_between_samples_too(law, places):
+    """From sample to sample the first turned by 90 deg, from the fold on by 90.18."""
+    assert np.ptp(law.outputs(np.array(places), 90.0)) == pytest.approx(90.0, rel=1e-12)

@@ -13,6 +13,8 @@ from explore.studies.request.formula_text import ANGULAR, parse_formula
 
 #: Number of values of x at which a function is tested before it is used.
 _N_TESTED = 401
+#: Number of rounds that look for an extreme, each in 200 times finer steps.
+_N_ROUNDS = 5
 #: Range of an angle below which its sine is nearly a straight line, so that it may be meant in rad, deg.
 _NARROW = 10.0
 
@@ -40,8 +42,16 @@ class Law:
 
     def outputs(self, x: FloatArray, turn: float) -> FloatArray:
         """Angles that the output has turned at x, where it turns by `turn` from least to greatest value, (n,)."""
-        y = self.values(self.even(_N_TESTED))
-        return np.asarray(turn * (self.values(x) - y[0]) / np.ptp(y))
+        height = self._extreme(1.0) - self._extreme(-1.0)
+        return np.asarray(turn * (self.values(x) - self.values(self.even(_N_TESTED))[0]) / height)
+
+    def _extreme(self, sign: float) -> float:
+        """The value that is greatest with a sign, of even steps and ever finer ones about the best of them."""
+        x = self.even(_N_TESTED)
+        for _ in range(_N_ROUNDS):
+            best = int(np.nanargmax(sign * self.values(x)))
+            x = np.linspace(x[max(best - 1, 0)], x[min(best + 1, len(x) - 1)], _N_TESTED)
+        return float(sign * np.nanmax(sign * self.values(x)))
 
     def even(self, count: int) -> FloatArray:
         """Values of x at even steps, the ends included, shape (count,)."""
