@@ -76,3 +76,9 @@ def test_tables_that_are_refused(x, y, message):
 def test_the_output_turns_from_the_least_to_the_greatest_value_between_samples_too(law, places):
     """From sample to sample the first turned by 90 deg, from the fold on by 90.18."""
     assert np.ptp(law.outputs(np.array(places), 90.0)) == pytest.approx(90.0, rel=1e-12)
+
+
+def test_a_pole_between_two_samples_is_refused():
+    with pytest.raises(RequestError, match="has a pole within the range; change the range"):
+        formula_law("1 / (x - 0.4112)", 0.0, 1.0)
+    assert formula_law("exp(-1e6 * (x - 0.4112) ** 2)", 0.0, 1.0).height == pytest.approx(1.0, rel=1e-9)

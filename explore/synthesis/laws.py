@@ -15,6 +15,8 @@ from explore.studies.request.formula_text import ANGULAR, parse_formula
 _N_TESTED = 401
 #: Number of rounds that look for an extreme, each in 200 times finer steps.
 _N_ROUNDS = 5
+#: Factor by which an extreme among ever finer steps is at least above samples of a pole; 200 a round.
+_POLE = 1e6
 #: Range of an angle below which its sine is nearly a straight line, so that it may be meant in rad, deg.
 _NARROW = 10.0
 
@@ -42,8 +44,12 @@ class Law:
 
     def outputs(self, x: FloatArray, turn: float) -> FloatArray:
         """Angles that the output has turned at x, where it turns by `turn` from least to greatest value, (n,)."""
-        height = self._extreme(1.0) - self._extreme(-1.0)
-        return np.asarray(turn * (self.values(x) - self.values(self.even(_N_TESTED))[0]) / height)
+        return np.asarray(turn * (self.values(x) - self.values(self.even(_N_TESTED))[0]) / self.height)
+
+    @property
+    def height(self) -> float:
+        """Distance of the greatest value from the least."""
+        return self._extreme(1.0) - self._extreme(-1.0)
 
     def _extreme(self, sign: float) -> float:
         """The value that is greatest with a sign, of even steps and ever finer ones about the best of them."""
@@ -129,4 +135,6 @@ def _tested(law: Law) -> Law:
         raise RequestError(f"has no value at x = {x[~np.isfinite(values)][0]:g}; change the range")
     if np.ptp(values) <= 1e-12 * np.abs(values).max():
         raise RequestError("has one value over the whole range")
+    if not law.height <= _POLE * np.ptp(values):
+        raise RequestError("has a pole within the range; change the range")
     return law
