@@ -226,6 +226,11 @@ def test_the_line_after_init_can_be_copied(tmp_path):
     assert run("init", "my study.toml", cwd=tmp_path).stderr.endswith("now run: explore sweep 'my study.toml'\n")
 
 
+def test_init_says_that_there_is_no_folder(tmp_path):
+    error = run("init", "nowhere/my.toml", cwd=tmp_path, code=2).stderr
+    assert error == "error: nowhere/my.toml: there is no folder nowhere; name another file\n"
+
+
 def test_a_full_disk_is_reported_in_words(sweep_folder):
     with Path("/dev/full").open("w") as full:
         output = subprocess.run(

@@ -77,6 +77,10 @@ def test_results_give_everything_back(finished):
     assert results.count_statuses([0]) == {"ok": BLOCK - 143, "crank_blocked": 143}
 
 
+def test_a_path_may_be_text(finished):
+    assert len(explore.Results(str(finished))) == N_DESIGNS
+
+
 def test_part_of_the_columns_and_blocks_in_order(finished):
     results = open_results(finished)
     assert list(results.to_pandas(["nodes", "design", "crank"])) == ["nodes", "crank"]

@@ -64,6 +64,8 @@ def init(
             stream.write(text)
     except FileExistsError:
         raise RequestError(f"{path} exists; name another file") from None
+    except FileNotFoundError:
+        raise RequestError(f"{path}: there is no folder {path.parent}; name another file") from None
     for remark in remarks:
         say(remark)
     command = "sweep" if task is None else "synthesize"

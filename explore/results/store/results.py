@@ -59,9 +59,9 @@ class Results(RecordedStudy):
     >>> frame = results.to_pandas(["crank", "swing_angle"])  # doctest: +SKIP
     """
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._reader = RowReader(path)
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self._reader = RowReader(self.path)
         self._layout = self._reader.layout
         self._units = ShownUnits()
 
