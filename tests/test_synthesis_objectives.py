@@ -132,7 +132,7 @@ def test_the_study_of_a_design_has_the_objectives_that_it_computes(dwell):
 def test_tuning_shows_what_the_study_computes(dwell):
     output = run("tune", "results/dwell.h5", "--design", "0", "--parameter", "rocker", "--json", cwd=dwell)
     (first, *_) = json.loads(output.stdout)["curve"]
-    assert set(first) == {"rocker", "transmission_angle_worst", "footprint", "piece"}
+    assert set(first) == {"rocker", "transmission_angle_worst", "footprint", "error", "piece"}
     assert "slider_stroke" not in output.stderr
 
 
