@@ -35,7 +35,7 @@ def describe_tuning(tuning: Tuning, sentences: Mapping[str, str]) -> list[str]:
     errors, tolerance = tuning.curve["error"], tuning.curve.attrs["tolerance"]
     if n_missed := int((errors > tolerance).sum()):
         values = f"{n_missed:,} of {len(errors):,} values of the curve"
-        lines.append(f"{values} may miss the tolerance of {tolerance:g}; the column error has their bounds")
+        lines.append(f"{values} may miss the tolerance of {tolerance:g}; see the column error")
     return lines
 
 

@@ -239,17 +239,18 @@ def _statistics(panels: Panels) -> Statistics:
     variance = (weights * (values - mean[:, None, None]) ** 2).sum(axis=(1, 2))
     power_mean = (weights * np.abs(values) ** (10.0 / 3.0)).sum(axis=(1, 2)) ** 0.3
     jumps = _has_jump(values, values @ _TRANSFORM.T)
-    fluctuation = _fluctuation(panels, mean, np.zeros_like(jumps))
+    fluctuation = _fluctuation(panels, mean)
     return Statistics(mean, variance, -_largest(-values, jumps), _largest(values, jumps), power_mean, fluctuation)
 
 
-def _fluctuation(panels: Panels, mean: FloatArray, no_jumps: npt.NDArray[np.bool_]) -> FloatArray:
+def _fluctuation(panels: Panels, mean: FloatArray) -> FloatArray:
     """Ranges of the integrals of the signals less their means, shape (s,); an integral has no jumps."""
     coefficients = (panels.values - mean[:, None, None]) @ _TRANSFORM.T
     halves = 0.5 * np.radians(np.diff(panels.edges))
     over_panels = 2.0 * halves * coefficients[:, :, 0]
     before = np.cumsum(over_panels, axis=1) - over_panels
     integrals = before[:, :, None] + halves[:, None] * (coefficients @ _INTEGRAL)
+    no_jumps = np.zeros(integrals.shape[:2], dtype=np.bool_)
     return _largest(integrals, no_jumps) + _largest(-integrals, no_jumps)
 
 

@@ -216,6 +216,16 @@ def gather_constants(constants, constant_count, rows, designs, offsets, tile):
 
 
 @subroutine()
+def gather_design(sizes, design, work, tile):
+    """Fill all lanes of a tile with the constants of one design of the chunk."""
+    for lane in range(LANES):
+        tile.lane_designs[lane] = design
+    gather_constants(
+        work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
+    )  # fmt: skip
+
+
+@subroutine()
 def sort_by_rule(panels, todo, count, size_of, kinds, codes, histogram, order, starts):
     """Round node counts up to rules; sort the panels ``todo[:count]``; return the number of bins.
 

@@ -14,7 +14,7 @@ import math
 from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.bounds import CHUNK
-from explore.evaluation.quadrature.chunks import gather_constants
+from explore.evaluation.quadrature.chunks import gather_design
 from explore.evaluation.quadrature.magnitudes import FEWEST_NODES, ROUNDS, place_between
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
 from explore.evaluation.quadrature.slots import BOUND, FLUCTUATION, MEAN, VARIANCE
@@ -24,11 +24,7 @@ from explore.evaluation.quadrature.zeros import MOST_ZEROS, collect_zeros, half_
 @subroutine()
 def fill_fluctuations(fill, sizes, tables, w, i, design, stride, statistics, nodes, error, work, tile):
     """Fill the fluctuations of the signals of one design, number i of the chunk and `design` of the block."""
-    for lane in range(LANES):
-        tile.lane_designs[lane] = i
-    gather_constants(
-        work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
-    )  # fmt: skip
+    gather_design(sizes, i, work, tile)
     for s in range(sizes.rows):
         slots = tables.slots[w, s]
         if slots[FLUCTUATION] < 0:

@@ -21,7 +21,7 @@ from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.bounds import CHUNK, FLAG_SQUARES
 from explore.evaluation.quadrature.brent import ACTIVE, BEST, BRENT_ROWS, minimise, start_lane
-from explore.evaluation.quadrature.chunks import gather_constants
+from explore.evaluation.quadrature.chunks import gather_design
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
 from explore.evaluation.quadrature.slots import BOUND, ROOT_MEAN
@@ -165,11 +165,7 @@ def _cut_at_minima(
 @subroutine(allocates=True)
 def fill_powers(fill, sizes, tables, w, i, design, stride, statistics, nodes, error, work, tile):
     """Fill the means of powers of the magnitudes of one design, number i of the chunk and `design` of the block."""
-    for lane in range(LANES):
-        tile.lane_designs[lane] = i
-    gather_constants(
-        work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
-    )  # fmt: skip
+    gather_design(sizes, i, work, tile)
     for s in range(sizes.rows):
         if not tables.flags[w, s] & FLAG_SQUARES:
             continue

@@ -17,7 +17,7 @@ from explore.base.lanes.disturbance import DISTURBANCE
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.adaptive import place_part
 from explore.evaluation.quadrature.bounds import ROUNDING
-from explore.evaluation.quadrature.chunks import gather_constants
+from explore.evaluation.quadrature.chunks import gather_design
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, LENGTH, SCALE, VARIANT
 from explore.evaluation.quadrature.tiles import NODE_CAPACITY
 
@@ -234,11 +234,7 @@ def _cut(fill, disturbed_fill, sizes, needs, corner_rows, corner_levels, tells_s
     """Cut panels where rows are at levels, and tell the laws of the parts if these are senses."""
     panels, zeros, number, is_missed = work.panels, tile.state, count, False
     design = work.owner[0]
-    for lane in range(LANES):
-        tile.lane_designs[lane] = design
-    gather_constants(
-        work.constants, sizes.n_constants, sizes.n_fill_constants, tile.lane_designs, tile.offsets, tile.constants
-    )  # fmt: skip
+    gather_design(sizes, design, work, tile)
     for k in range(count):
         found = last = 0
         for i in range(len(corner_rows)):

@@ -13,18 +13,8 @@ _LONGEST_NAME = 40
 _SIGNALS = ("x", "y", "velocity", "acceleration", "curvature", "angle", "position")
 #: Endings of statistics of signals, of windows, and of columns that results add.
 _OTHERS = (
-    *STATISTICS,
-    FLUCTUATION,
-    "drive",
-    "return",
-    "forward",
-    "backward",
-    "cycle",
-    "range",
-    "interval",
-    "margin",
-    "label",
-)
+    *STATISTICS, FLUCTUATION, "drive", "return", "forward", "backward", "cycle", "range", "interval", "margin", "label",
+)  # fmt: skip
 #: Beginnings of names of metrics.
 _PREFIXES = ("envelope_", "assembles_")
 #: Names of metrics, windows and columns that are whole.
