@@ -112,3 +112,21 @@ def test_one_metric_is_the_objective_where_the_studies_share_none(boxes):
     code, _, err = call("rank", *files, "--metric", "swing_angle:max")
     assert (code, err.count("\n")) == (2, 1)
     assert f"{files[1]}: no column 'swing_angle' to rank by in these results" in err
+
+
+def test_columns_of_two_mechanisms_are_in_one_unit_each(tmp_path):
+    """`rod` is of the second alone, and `mean` in rad/s of the first and in mm/s of the second."""
+    metrics = '[evaluate]\nmetrics = ["cv", "mean"]\n[rank]\nmetrics = ["crank:min", "cv"]\n'
+    rocker = 'mechanism = "crank-rocker"\n[parameters]\ncrank = "1 in"\ncoupler="9 dm"\nrocker="5 dm"\nground="7 dm"\n'
+    slider = 'mechanism = "slider-crank"\n[parameters]\ncrank = "2 in"\nrod = "10 in"\n'
+    first = sweep_text(tmp_path, rocker + metrics + '[units]\nlength = "in"\n', "rocker").path
+    second = sweep_text(tmp_path, slider + metrics, "slider").path
+
+    code, out, err = call("rank", first, second, "--metric", "cv:max", "--metric", "crank:min", "--json")
+
+    assert code == 0, err
+    of_rocker, of_slider = sorted(json.loads(out), key=lambda record: record["results"])
+    assert (of_rocker["crank [in]"], of_slider["crank [in]"]) == (1, 2)
+    assert (of_rocker["rod [in]"], of_slider["rod [in]"]) == (None, 10)
+    assert of_slider["mean"] is None
+    assert f"left out of the designs of {second}, in other units than in results before: mean\n" in err

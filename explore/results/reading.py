@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from explore.base.errors import NothingFeasibleWarning
-from explore.results.ranking.joint import RESULTS_COLUMN, rank_sources
+from explore.results.ranking.joint import RESULTS_COLUMN, first_of_each, rank_sources
 from explore.results.ranking.limits import Limits
 from explore.results.ranking.nearest import VIOLATION, find_nearest, find_nearest_rows
 from explore.results.ranking.rankings import RankRequest, rank_frame, rank_source
@@ -108,7 +108,7 @@ def rank(
     for name, part in parts.items():
         if reason := warning_of_nothing(part, name, sources[name].status_sentences):
             warnings.warn(reason, NothingFeasibleWarning, stacklevel=2)
-    columns = {column.name: column for source in reversed(sources.values()) for column in source.columns}
+    columns = first_of_each({column.name: column for column in source.columns} for source in sources.values())
     units = {name: column.unit for name, column in columns.items()} | {RESULTS_COLUMN: ""}
     return _with_attrs(ranking.frame, units, {name: dict(c.labels) for name, c in columns.items() if c.labels})
 

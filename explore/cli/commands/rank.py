@@ -102,13 +102,14 @@ def rank(
         (source,) = sources.values()
         _rank_nearest(source, nearest, where, limit or [], output, as_json=as_json)
         return
+    from explore.results.ranking.joint import first_of_each
     from explore.results.ranking.rankings import RankRequest
 
     request = RankRequest.from_words(metric or [], where, limit or [], fronts=fronts, quality=quality)
     ranking, parts = _rank_sources(sources, request)
-    columns = {column.name: column for source in sources.values() for column in source.columns}
+    columns = first_of_each({column.name: column for column in source.columns} for source in sources.values())
     shown_units = {name: column.unit for name, column in columns.items()}
-    scales = {name: scale for source in sources.values() for name, scale in source.scales.items()}
+    scales = first_of_each(source.scales for source in sources.values())
     table = with_units(with_labels(ranking.frame, columns.values()), scales)
     tell_designs(table, output, shown_units, as_json=False)
     if tell_designs(table.head(top) if top else table, None, shown_units, as_json=as_json):

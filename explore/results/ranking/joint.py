@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from explore.base.errors import RequestError
+from explore.base.units.shown import in_units
 from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
 from explore.results.ranking.pareto import find_fronts
@@ -23,6 +24,7 @@ from explore.results.ranking.tallies import Tally
 if TYPE_CHECKING:
     from explore.results.store.results import Results
 
+_Entry = TypeVar("_Entry")
 #: Column with the name of the results that a design is from.
 RESULTS_COLUMN = "results"
 #: Endings of the long names of statistics over a stroke of the drive.
@@ -70,18 +72,45 @@ def rank_sources(
     parts |= {name: _rank_part(name, other, part_request, reports[name]) for name, other in others}
     metrics = [objective.metric for objective in (*objectives, order)]
     caveats += [line for name, other in others for line in _differences(first, source, name, other, metrics)]
-    whole = _merge_rankings(parts, request)
+    unlike = _unlike_columns(sources)
+    caveats += [
+        f"left out of the designs of {name}, in other units than in results before: {', '.join(columns)}"
+        for name, columns in unlike.items()
+        if columns
+    ]
+    whole = _merge_rankings(parts, request, unlike)
     shown = {name: replace(part, frame=sources[name].show(part.frame)) for name, part in parts.items()}
-    return JointRanking(replace(whole, frame=source.show(whole.frame)), shown, tuple(dict.fromkeys(caveats)))
+    frame = in_units(whole.frame, first_of_each(each.scales for each in sources.values()))
+    return JointRanking(replace(whole, frame=frame), shown, tuple(dict.fromkeys(caveats)))
 
 
-def _merge_rankings(parts: Mapping[str, Ranking], request: RankRequest) -> Ranking:
-    """The fronts of all results; a design behind the first fronts of its own results is behind those of all."""
+def first_of_each(tables: Iterable[Mapping[str, _Entry]]) -> dict[str, _Entry]:
+    """The entries of all tables by name, each of the first table that has it."""
+    merged: dict[str, _Entry] = {}
+    for table in tables:
+        merged |= {name: entry for name, entry in table.items() if name not in merged}
+    return merged
+
+
+def _unlike_columns(sources: Mapping[str, Results]) -> dict[str, list[str]]:
+    """The columns of each of the results whose declared unit is another in those before."""
+    declared = {name: source.declared.units for name, source in sources.items()}
+    first = first_of_each(declared.values())
+    return {name: [column for column in units if units[column] != first[column]] for name, units in declared.items()}
+
+
+def _merge_rankings(parts: Mapping[str, Ranking], request: RankRequest, unlike: Mapping[str, Sequence[str]]) -> Ranking:
+    """The fronts of all results, without the `unlike` columns of each.
+
+    A design behind the first fronts of its own results is behind those of all.
+    """
     import pandas as pd
 
     first = next(iter(parts.values()))
     objectives, order = first.objectives, first.order_by
-    tables = [part.frame.assign(**{RESULTS_COLUMN: name}) for name, part in parts.items()]
+    tables = [
+        part.frame.drop(columns=list(unlike[name])).assign(**{RESULTS_COLUMN: name}) for name, part in parts.items()
+    ]
     names = dict.fromkeys(name for table in tables for name in table.columns)
     frame = pd.concat([table for table in tables if not table.empty] or tables[:1]).reindex(columns=list(names))
     columns: Arrays = {objective.metric: frame[objective.metric].to_numpy() for objective in objectives}
