@@ -11,7 +11,7 @@ from explore.figures.exporting.symbols import PIVOT, directions
 from explore.figures.exporting.texts import overlap, text_box, upright
 from explore.figures.exporting.tracks import track_of
 from explore.figures.simulation import SimulatedDesign
-from explore.model.drawing import Drawing, Guide, Vector
+from explore.model.drawing import Drawing, Guide, Pose, Vector
 from explore.model.quantities import FloatArray
 
 #: Distance of a dimension line from what it measures, in heights of text.
@@ -30,12 +30,16 @@ def dimensions(
     simulated: SimulatedDesign, drawing: Drawing, points: Mapping[str, FloatArray], height: float
 ) -> Iterator[Distance | Angle]:
     """The dimensions of a design whose points are at these places."""
-    turn = simulated.pose().points(drawing)
+    pose = simulated.pose()
+    turn = pose.points(drawing)
     smallest = _ROUNDING * float(np.ptp(np.vstack(list(turn.values())), axis=0).max())
-    shapes = (
+    lengths = (
         *_links(drawing, points, turn, height, smallest),
         *_pivots(simulated, drawing, points, height),
         *_offsets(drawing, points, turn, height, smallest),
+    )
+    shapes = (
+        *(_named(shape, pose, smallest) for shape in lengths),
         *_ways(simulated, drawing, turn, height),
     )
     boxes: list[FloatArray] = []
@@ -126,9 +130,15 @@ def _away(first: FloatArray, second: FloatArray, centre: FloatArray) -> float:
 
 
 def _name(vectors: tuple[Vector, ...]) -> str:
-    """The length that a place is given by, in words; empty if there are several."""
+    """The length that a place is given by; empty if there are several."""
     names = [vector.length for vector in vectors if isinstance(vector.length, str)]
-    return names[0].replace("_", " ") if len(names) == 1 else ""
+    return names[0] if len(names) == 1 else ""
+
+
+def _named(shape: Distance, pose: Pose, smallest: float) -> Distance:
+    """A distance with its name in words, or without it where a length of that name is another one."""
+    length = float(np.ravel(pose.lengths.get(shape.name, shape.value))[0])
+    return replace(shape, name=shape.name.replace("_", " ") if abs(abs(length) - shape.value) <= smallest else "")
 
 
 def _offsets(
@@ -166,7 +176,7 @@ def _ways(
     for path in drawing.paths:
         if path.role != "output":
             continue
-        track = track_of(simulated, drawing.points[path.point], path.long_name)
+        track = track_of(simulated, drawing, path)
         if isinstance(track, Arc):
             yield Angle("dimensions", track, _farthest(track, turn) + 2.0 * _OFFSET * height)
         elif isinstance(track, Polyline) and path.point in guided:

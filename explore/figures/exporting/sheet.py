@@ -83,7 +83,7 @@ def static_shapes(simulated: SimulatedDesign, height: float) -> Iterator[Shape]:
     drawing = drawing_of(simulated)
     turn = simulated.pose()
     for path in drawing.paths:
-        track = track_of(simulated, drawing.points[path.point], path.long_name)
+        track = track_of(simulated, drawing, path)
         if track is not None:
             yield track
     for guide in drawing.guides:

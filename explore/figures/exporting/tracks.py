@@ -1,4 +1,4 @@
-"""The way of a point over the motion: a circle, an arc or a straight line by its vectors, a spline elsewhere."""
+"""The way of a point over the motion: a circle, an arc or a straight line, a spline elsewhere."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ from explore.figures.charts.turn import Span
 from explore.figures.exporting.shapes import Arc, Circle, Polyline, Spline, arc_points
 from explore.figures.exporting.splines import fit_curve
 from explore.figures.simulation import SimulatedDesign
-from explore.model.drawing import Vector
+from explore.model.drawing import Drawing, Path, Vector
 from explore.model.quantities import FloatArray
 
 #: Number of rounds that look for an extreme of a coordinate, each in a finer grid about the one before.
@@ -17,15 +17,16 @@ _ROUNDS = 4
 _REFINEMENT = 32
 #: Arc from which on it is a circle, far above the rounding errors of a full turn, deg.
 _FULL = 360.0 - 1e-9
+#: Change of a distance from a pivot, as a share of it, up to which rounding explains it.
+_ROUNDING = 1e-9
 
 
-def track_of(
-    simulated: SimulatedDesign, vectors: tuple[Vector, ...], name: str
-) -> Circle | Arc | Polyline | Spline | None:
+def track_of(simulated: SimulatedDesign, drawing: Drawing, path: Path) -> Circle | Arc | Polyline | Spline | None:
     """The way of a point over the motion, as the drawing declares the point; None for a point that rests.
 
     A line of two points has the smaller coordinate first.
     """
+    vectors = drawing.points[path.point]
     turning = [vector for vector in vectors if isinstance(vector.angle, str)]
     changing = [vector for vector in vectors if isinstance(vector.length, str) and vector.length not in
                 simulated.parameters]  # fmt: skip
@@ -34,8 +35,13 @@ def track_of(
     if len(turning) == 1 and not changing:
         return _arc(simulated, vectors, turning[0])
     if not turning and len({vector.direction % 180.0 for vector in changing}) == 1:
-        return _line(simulated, vectors, changing[0])
-    return curve_of(simulated, vectors, "paths", name)
+        return _line(simulated, vectors, changing[0].direction)
+    # The vectors of a linkage's joint are its coordinates.
+    if guide := next((guide for guide in drawing.guides if guide.point == path.point), None):
+        return _line(simulated, vectors, guide.angle)
+    if path.role == "joint" and (arc := _about_a_pivot(simulated, drawing, vectors)):
+        return arc
+    return curve_of(simulated, vectors, "paths", path.long_name)
 
 
 def curve_of(simulated: SimulatedDesign, vectors: tuple[Vector, ...], layer: str, name: str) -> Spline:
@@ -59,15 +65,35 @@ def _arc(simulated: SimulatedDesign, vectors: tuple[Vector, ...], turning: Vecto
     def direction(angles: FloatArray) -> FloatArray:
         return turning.sense * simulated.pose(angles.tolist()).angle(turning.angle) + turning.turn + opposite
 
+    return _round(simulated, centre, abs(length), direction)
+
+
+def _about_a_pivot(simulated: SimulatedDesign, drawing: Drawing, vectors: tuple[Vector, ...]) -> Circle | Arc | None:
+    """The way of a point at a constant distance from a pivot; None for another."""
+    turn = simulated.pose()
+    for centre in (turn.sum(drawing.points[pivot])[0] for pivot in drawing.pivots):
+        radii = np.hypot(*(turn.sum(vectors) - centre).T)
+        if np.ptp(radii) <= _ROUNDING * radii[0]:
+
+            def direction(angles: FloatArray, centre: FloatArray = centre) -> FloatArray:
+                x, y = (simulated.pose(angles.tolist()).sum(vectors) - centre).T
+                return np.asarray(np.rad2deg(np.arctan2(y, x)))
+
+            return _round(simulated, centre, float(radii[0]), direction)
+    return None
+
+
+def _round(
+    simulated: SimulatedDesign, centre: FloatArray, radius: float, direction: Callable[[FloatArray], FloatArray]
+) -> Circle | Arc:
+    """A circle, or as much of one as a direction from its centre, deg, goes over."""
     low, high = extremes(direction, simulated.span, period=360.0)
-    if high - low > _FULL:
-        return Circle("paths", centre, abs(length))
-    return Arc("paths", centre, abs(length), low, high)
+    return Circle("paths", centre, radius) if high - low > _FULL else Arc("paths", centre, radius, low, high)
 
 
-def _line(simulated: SimulatedDesign, vectors: tuple[Vector, ...], changing: Vector) -> Polyline:
+def _line(simulated: SimulatedDesign, vectors: tuple[Vector, ...], direction: float) -> Polyline:
     """The way of a point to and fro along a line."""
-    along = arc_points(np.zeros(2), 1.0, np.array([changing.direction]))[0]
+    along = arc_points(np.zeros(2), 1.0, np.array([direction]))[0]
     origin = simulated.pose([simulated.span.first]).sum(vectors)[0]
 
     def place(angles: FloatArray) -> FloatArray:

@@ -1,0 +1,79 @@
+"""Exported drawings of linkages of a table: the names of dimensions; what is drawn as a circle, an arc or a line."""
+
+import ezdxf
+import numpy as np
+import pytest
+
+import explore
+
+#: A press whose pivots are not at the origin, with a point that draws a curve. Of the distances of its pivots none is a
+#: parameter: C is 20 mm to the right of E and `rise` higher, O 2 `base` to the left of C.
+TABLE = """\
+mechanism = "linkage"
+[linkage]
+driver = "crank"
+output = "ram"
+[linkage.frame]
+O = [30, 20]
+C = ["30 + 2 * base", 20]
+E = ["10 + 2 * base", "20 - rise"]
+[linkage.links]
+crank = { O = 0, A = "r" }
+coupler = { A = 0, B = "b", P = [40, 25] }
+rocker = { C = 0, B = "c" }
+r_2 = { B = 0, S = "2 * r" }
+arm = { E = 0, D = 40 }
+tie = { B = 0, D = "rise + 45" }
+[linkage.slots]
+ram = { pin = "S", link = "frame", along = [[0, 110], [1, 110]] }
+[linkage.branch]
+B = "left of A C"
+D = "left of B E"
+S = "far"
+[parameters]
+r = 25
+base = 50
+b = 90
+c = 70
+rise = 60
+"""
+DESIGN = {"r": 25.0, "base": 50.0, "b": 90.0, "c": 70.0, "rise": 60.0}
+
+
+@pytest.fixture(scope="module")
+def press(tmp_path_factory):
+    path = tmp_path_factory.mktemp("press") / "press.toml"
+    path.write_text(TABLE)
+    return explore.load_linkage(path)
+
+
+@pytest.fixture(scope="module")
+def drawn(press, tmp_path_factory):
+    """The entities of its drawing."""
+    folder = tmp_path_factory.mktemp("drawing")
+    explore.export(press, folder / "press.dxf", parameters=DESIGN)
+    return ezdxf.readfile(folder / "press.dxf").modelspace()
+
+
+def test_a_dimension_has_the_name_of_a_length_that_it_measures_only(drawn):
+    """Not the parameter in a coordinate of a pivot, nor the coordinate of a slider that counts from another origin."""
+    named = {
+        each.dxf.text.removesuffix(" <>"): each.get_measurement() for each in drawn.query("DIMENSION")
+        if each.dxf.text != "<>"
+    }  # fmt: skip
+    assert named == pytest.approx({"crank": 25.0, "rocker": 70.0, "r 2": 50.0, "arm": 40.0, "tie": 105.0}, abs=1e-9)
+
+
+def test_joints_about_pivots_and_sliders_are_drawn_as_circles_arcs_and_lines(press, drawn):
+    paths = drawn.query('*[layer=="paths"]')
+    (circle,) = paths.query("CIRCLE")
+    assert (circle.dxf.radius, circle.dxf.center.x, circle.dxf.center.y) == pytest.approx((25.0, 30.0, 20.0), abs=1e-9)
+    turn = explore.simulate(press, DESIGN, angles=3600)
+    arcs = {round(each.dxf.radius, 9): each for each in paths.query("ARC")}
+    assert set(arcs) == {40.0, 70.0}
+    angles = np.rad2deg(np.arctan2(turn["B_y"] - 20.0, turn["B_x"] - 130.0)) % 360.0
+    ends = [arcs[70.0].dxf.start_angle % 360.0, arcs[70.0].dxf.end_angle % 360.0]
+    assert ends == pytest.approx([angles.min(), angles.max()], abs=1e-4)  # the samples are 0.1 deg apart
+    (line,) = paths.query("LINE")
+    assert sorted([line.dxf.start.x, line.dxf.end.x]) == pytest.approx([turn["S_x"].min(), turn["S_x"].max()], abs=1e-4)
+    assert len(paths.query("SPLINE")) == 1, "of the free point"
