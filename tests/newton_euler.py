@@ -42,8 +42,11 @@ def kinematics(design, theta):
     return coupler, rocker, w2, w3, a2, a3
 
 
-def forces(design, theta):
-    """Pin forces a, b, c, d, each (t, 2), on crank, coupler, rocker and rocker; drive torque; load torque, (t,)."""
+def forces(design, theta, turned_by=(0.0, 0.0, 0.0)):
+    """Pin forces a, b, c, d, each (t, 2), on crank, coupler, rocker and rocker; drive torque; load torque, (t,).
+
+    `turned_by` are torques on crank, coupler and rocker besides the load.
+    """
     defaults = {"gravity": 9.80665, "speed": 60.0}
 
     def value(name):
@@ -97,9 +100,10 @@ def forces(design, theta):
     system[:, 2, 8] = 1.0
     moment(5, 2, 1.0, -arms[1])
     moment(5, 4, -1.0, coupler_to - arms[1])
-    right[:, 5] = value("coupler_inertia") * a2
+    right[:, 2] = -turned_by[0]
+    right[:, 5] = value("coupler_inertia") * a2 - turned_by[1]
     moment(8, 4, 1.0, rocker_to - arms[2])
     moment(8, 6, 1.0, -arms[2])
-    right[:, 8] = rocker_moment - load
+    right[:, 8] = rocker_moment - load - turned_by[2]
     solution = np.linalg.solve(system, right[..., None])[..., 0]
     return {pin: solution[:, 2 * k : 2 * k + 2] for k, pin in enumerate("abcd")}, solution[:, 8], load, w3

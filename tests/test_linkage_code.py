@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 from linkage_cases import AMOUNTS, CASES, FOUR_BAR, curved_shaper, linkage_of, loaded_shaper, values_of
 from numba import config
+from test_pin_friction import DESIGN as ROUGH_DESIGN
+from test_pin_friction import ROUGH
 
 import explore
 from explore.base.lanes.designs import fill_motion_of_design
@@ -176,9 +178,10 @@ def test_functions_of_expressions_are_those_of_python():
         (explore.Linkage(ALL_FUNCTIONS).mechanism, LENGTHS),
         (loaded_shaper().mechanism, values_of(CASES["crank-shaper"]) | AMOUNTS),
         (curved_shaper().mechanism, values_of(CASES["crank-shaper"]) | AMOUNTS),
+        (ROUGH.mechanism, ROUGH_DESIGN),
         (MECHANISMS["slider-crank"].with_points(("knife", "tip")).extended, LOADED_SLIDER),
     ],
-    ids=["watt-2", "all-functions", "loads", "curves", "points"],
+    ids=["watt-2", "all-functions", "loads", "curves", "rough-pins", "points"],
 )
 def test_a_page_computes_the_same_motion(tmp_path, mechanism, values, anchor):
     """By close and fill in JavaScript, in Node.js, to the last bits: the order of sums may differ.

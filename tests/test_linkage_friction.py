@@ -84,7 +84,7 @@ def test_balances_of_links_lead_to_the_torque_by_power(angle):
     equations = trace(linkage)
     loading = Loading(equations, linkage.table.loads)
     reactions = Reactions(equations, loading)
-    loading.take_friction(reactions.across)
+    loading.take_friction(reactions.across, {})
     with mpmath.workdps(40):
         numbers = [reactions.moment, loading.torque, loading.loss]
         moment, torque, loss = evaluate_graph(numbers, values_of(SHAPER) | {"speed": 3.0}, mpmath.mpf(angle))
@@ -112,7 +112,7 @@ def test_friction_that_locks_has_no_force():
 @pytest.mark.parametrize(
     ("friction", "problem"),
     [
-        ({"rim": 0.1}, "rim: unknown slot 'rim'; did you mean 'ram'?"),
+        ({"rim": 0.1}, "rim: unknown slot or pin 'rim'; did you mean 'ram'?"),
         ({"ram": -0.1}, "ram: must not be negative, got -0.1"),
     ],
 )

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from explore.mechanisms.linkages.curves import levels_of_curve, place_unit
 from explore.mechanisms.linkages.equations import Equations
+from explore.mechanisms.linkages.friction import balance_friction
 from explore.mechanisms.linkages.graph import Number
 from explore.mechanisms.linkages.load_table import Curve, Loads
 from explore.mechanisms.linkages.loads import Loading
@@ -16,6 +17,8 @@ from explore.model.drawing import Panel
 from explore.model.quantities import Formula, Signal
 
 _TORQUE = "drive_torque"
+#: Signal of how near friction of pins is to locking.
+_PIN_RATIO = "lock_ratio"
 #: Pole order of products of accelerations and velocities.
 _POLE_ORDER = 6
 
@@ -26,9 +29,10 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
     if table.loads is None:
         return
     loading = Loading(equations, table.loads)
-    reactions = Reactions(equations, loading)
-    loading.take_friction(reactions.across)
+    reactions, sizes, sum_of_gains = balance_friction(equations, loading)
+    loading.take_friction(reactions.across, sizes)
     yield from _find_curves(loading, table, table.loads)
+    yield from _find_turning(loading)
     torque = loading.torque
     if not table.driven_slot:
         words = "torque of the drive on the driver, counter-clockwise positive"
@@ -43,7 +47,20 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
     if table.loads.lose_power:
         words = "power that dampers, friction and what opposes motions take"
         yield _quantity(loading, loading.loss, "friction_power", "W", words)
+    if sum_of_gains is not None:
+        words = "friction of pins over that at which it may lock"
+        ratio = _quantity(loading, sum_of_gains, _PIN_RATIO, "1", words, 0)
+        yield replace(ratio, signal=replace(ratio.signal, corner_levels=(1.0,)))
     yield from _find_forces(loading, reactions, table, table.loads)
+
+
+def _find_turning(loading: Loading) -> Iterator[Quantity]:
+    """The rates of links against pins with friction; those against the frame are signals of the links."""
+    for bearing in loading.bearings.values():
+        if bearing.holder != FRAME and bearing.rate.value is None:
+            words = f"angular velocity of {bearing.link} against {bearing.holder} at {bearing.pin}"
+            signal = Signal(bearing.turning, "rad/s", words, -1, 1, speed_power=1, pole_order=4)
+            yield Quantity(signal, bearing.rate)
 
 
 def _find_curves(loading: Loading, table: LinkageTable, loads: Loads) -> Iterator[Quantity]:
@@ -94,11 +111,14 @@ def _quantity(
     loading: Loading, number: Number, name: str, unit: str, long_name: str, speed_power: int = 1,
     corners_at: tuple[str, ...] = (),
 ) -> Quantity:  # fmt: skip
-    rough = [f"{slot}_{what}" for slot in loading.loads.rough_slots for what in ("lock_ratio", "normal_force")]
+    whats = ("normal_force",) if loading.bearings else ("lock_ratio", "normal_force")
+    rough = [f"{slot}_{what}" for slot in loading.loads.rough_slots for what in whats]
+    rough += [_PIN_RATIO] if loading.bearings else []
     corners_at = (*corners_at, *loading.senses, *map(place_signal, loading.loads.curves), *rough)
     signal = Signal(
         name, unit, long_name, -1, 1, speed_power=speed_power, pole_order=_POLE_ORDER, depends_on_load=True,
         has_corners=bool(corners_at), corners_at=corners_at, needs_stroke=loading.loads.need_strokes,
+        has_own_singularities=bool(loading.bearings),  # where the force of a pin is 0
     )  # fmt: skip
     return Quantity(signal, number, tuple(dict.fromkeys(loading.angles)), tuple(loading.squares))
 

@@ -45,25 +45,25 @@ class PointForce:
 
 @dataclass(frozen=True)
 class Element:
-    """A spring, a damper, a torque, what opposes a motion, or friction in a slot.
+    """A spring, a damper, a torque, what opposes a motion, or friction in a slot or at a pin.
 
     Attributes
     ----------
     kind
-        "spring", "damper", "torque", "opposing" or "friction".
+        "spring", "damper", "torque", "opposing", "friction" of a slot or "pin_friction".
     name
         Its name in the table.
     ends
-        What it acts between: two points, along the line through them; a slot, along it; or a link, about the frame or
-        about a second link.
+        What it acts between: two points, along the line through them; a slot, along it; a link, about the frame or
+        about a second link; or the links that turn on a pin, and last the body that it is fast in.
     size
         The torque counter-clockwise on the first link, N m; the rate, in N/m, N s/m, N m/rad or N m s/rad; the force or
         torque against the motion, N or N m; or the coefficient of friction.
     rest
-        Length, position or angle at which a spring is relaxed, mm or deg.
+        Length, position or angle at which a spring is relaxed, mm or deg; or the radius of a pin with friction, mm.
     """
 
-    kind: Literal["spring", "damper", "torque", "opposing", "friction"]
+    kind: Literal["spring", "damper", "torque", "opposing", "friction", "pin_friction"]
     name: str
     ends: tuple[str, ...]
     size: Coordinate
@@ -121,7 +121,7 @@ class Loads:
     @property
     def lose_power(self) -> bool:
         """Whether they take power whichever way the linkage moves."""
-        return self.has("damper") or self.has("opposing") or self.has("friction")
+        return any(self.has(kind) for kind in ("damper", "opposing", "friction", "pin_friction"))
 
     @property
     def rough_slots(self) -> tuple[str, ...]:

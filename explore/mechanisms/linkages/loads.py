@@ -9,27 +9,63 @@ with c the centroids, phi the angles of links, p the points of forces, and q the
 or a damper acts on with the force f. Forces are in N and lengths in mm, so sums of powers are in N mm.
 """
 
+from __future__ import annotations
+
+import copy
 from collections import defaultdict
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from explore.base.units.quantities import unit_factor
-from explore.mechanisms.linkages.coordinate import Coordinate
+from explore.mechanisms.linkages.coordinate import ZERO, Coordinate
 from explore.mechanisms.linkages.curves import place_of_curve, value_of_curve
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import read_expression
 from explore.mechanisms.linkages.graph import SENSES, Number, Series
 from explore.mechanisms.linkages.load_table import Element, Loads, Mass
+from explore.mechanisms.linkages.table import FRAME
 from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minus
 
 #: Units of amounts that are not negative, and that 0 leaves out.
 AMOUNTS = ("kg", "kg m^2", "N s/m", "N m s/rad")
 #: The parameter that the speed of the driver is, rad/s.
 SPEED = "speed"
+#: A slot, or a pin and the link that turns on it.
+Joint = str | tuple[str, str]
 #: Meters in a millimeter.
 _METERS = Fraction(1, 1000)
 #: Radians in a degree.
 _RADIANS = unit_factor("deg", "rad")
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """A pin with friction in a link that turns on it.
+
+    Attributes
+    ----------
+    pin, link, holder
+        The pin, the link, and the body that the pin is fast in.
+    arm
+        Coefficient of friction times radius, mm.
+    rate
+        Rate of the link's angle against the holder's.
+    sense
+        Its sense.
+    """
+
+    pin: str
+    link: str
+    holder: str
+    arm: Number
+    rate: Number
+    sense: Number
+
+    @property
+    def turning(self) -> str:
+        """The signal of the rate."""
+        return f"{self.link}_velocity" if self.holder == FRAME else f"{self.pin}_turning_of_{self.link}"
 
 
 class Loading:
@@ -51,6 +87,8 @@ class Loading:
         Squares of distances that are divided by.
     friction
         For each slot with friction, its coefficient and the sense of the motion of its pin.
+    bearings
+        For each pin with friction and each link that turns on it, how.
     senses
         Signals whose signs forces jump with, in the order of `graph.SENSES`.
     places, values
@@ -65,6 +103,7 @@ class Loading:
         self._power, self._loss = self._zero, self._zero
         self.senses: list[str] = []
         self.friction: dict[str, tuple[Number, Number]] = {}
+        self.bearings: dict[tuple[str, str], Bearing] = {}
         self.on_pins: dict[str, list[Local]] = defaultdict(list)
         self.on_bodies: dict[str, list[tuple[Local, Local]]] = defaultdict(list)
         self.moments: dict[str, list[Number]] = defaultdict(list)
@@ -95,11 +134,21 @@ class Loading:
         """The power that dampers, friction and what opposes motions take, over the speed, N m."""
         return self._loss * self._meters
 
-    def take_friction(self, across: Mapping[str, Number]) -> None:
-        """Take the power of friction from the forces across slots, N."""
-        for name, (coefficient, sense) in self.friction.items():
-            taken = coefficient * sense * abs(across[name]) * self._slot_position(name).terms[1]
+    def take_friction(self, across: Mapping[str, Number], sizes: Mapping[Joint, Number]) -> None:
+        """Take the power of friction from the forces across slots and the sizes of those of pins, N."""
+        takes = [
+            coefficient * sense * abs(across[name]) * self._slot_position(name).terms[1]
+            for name, (coefficient, sense) in self.friction.items()
+        ]
+        takes += [each.arm * each.sense * sizes[name] * each.rate for name, each in self.bearings.items()]
+        for taken in takes:
             self._power, self._loss = self._power - taken, self._loss + taken
+
+    def unloaded(self) -> Loading:
+        """The same joints with friction without any load."""
+        result = copy.copy(self)
+        result.on_pins, result.on_bodies, result.moments = {}, {}, {}
+        return result
 
     def _slot_position(self, name: str) -> Series:
         return self._equations.slot_position(next(slot for slot in self._equations.table.slots if slot.name == name))
@@ -151,13 +200,24 @@ class Loading:
         if element.kind == "friction":
             rate = self._slot_position(element.name).terms[1]
             coefficient = _not_negative(self._read(element.size))
-            self.friction[element.name] = coefficient, self._sense_of(element.name, rate)
+            self.friction[element.name] = coefficient, self._sense_of(f"{element.name}_velocity", rate)
+        elif element.kind == "pin_friction":
+            self._add_bearings(element)
         elif len(element.ends) == 2 and element.ends[0] in self._equations.points:
             self._add_between_points(element)
         elif element.ends[0] in self._equations.table.body_of:
             self._add_between_links(element)
         else:
             self._add_along_slot(element)
+
+    def _add_bearings(self, element: Element) -> None:
+        *links, holder = element.ends
+        arm = _not_negative(self._read(element.size)) * _not_negative(self._read(element.rest or ZERO))
+        for link in links:
+            rate = self._equations.turning_of(link)[0] - self._equations.turning_of(holder)[0]
+            bearing = Bearing(element.name, link, holder, arm, rate, self._one)
+            bearing = replace(bearing, sense=self._sense_of(bearing.turning, rate))
+            self.bearings[element.name, link] = bearing
 
     def _add_between_points(self, element: Element) -> None:
         """A force that pulls two points towards each other."""
@@ -214,17 +274,16 @@ class Loading:
             rest = self._read(element.rest) * rest_unit if element.rest else self._zero
             return size * (place - rest) * unit
         if element.kind == "opposing":
-            resistance = _not_negative(size) * self._sense_of(element.ends[0], rate)
+            resistance = _not_negative(size) * self._sense_of(f"{element.ends[0]}_velocity", rate)
         else:
             resistance = self._amount(element.size) * rate * self._speed * unit
         self._loss = self._loss + resistance * rate * (1.0 if unit is self._meters else float(1 / _METERS))
         return resistance
 
-    def _sense_of(self, name: str, rate: Number) -> Number:
-        """1, or -1 where the rate of a slot or link is negative."""
+    def _sense_of(self, signal: str, rate: Number) -> Number:
+        """1, or -1 where a rate, which is a signal, is negative."""
         if rate.value is not None:
-            return self._one
-        signal = f"{name}_velocity"
+            return -self._one if rate.value < 0.0 else self._one
         if signal not in self.senses:
             self.senses.append(signal)
         return rate.call(SENSES[self.senses.index(signal)])

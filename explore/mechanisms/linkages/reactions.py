@@ -11,17 +11,20 @@ gives C, and the force q across without friction::
 
     N = q/(1 - r sign(q)),    r = mu s C/D
 
-This is unique while |r| < 1; else friction can lock the slot, and there is no number.
+This is unique while |r| < 1; else friction can lock the slot, and there is no number. `friction` solves for the sizes
+of forces where pins have friction too; here they are given, and N = q + r |N|.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping
 from functools import reduce
+from types import MappingProxyType
 
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
-from explore.mechanisms.linkages.loads import Loading
+from explore.mechanisms.linkages.loads import Joint, Loading
 from explore.mechanisms.linkages.steps import (
     Circle,
     Drive,
@@ -56,14 +59,15 @@ class Reactions:
         For each slot with friction, r of the module but for the sense of the motion.
     """
 
-    def __init__(self, equations: Equations, loading: Loading) -> None:
+    def __init__(self, equations: Equations, loading: Loading, sizes: Mapping[Joint, Number] = MappingProxyType({})):
+        """Find the forces; with the `sizes` of those that friction follows from, N, or for slots their own."""
         self._equations, self._table = equations, equations.table
         self._zero = equations.graph.constant(0.0)
         self.on_bodies: dict[tuple[str, str], Local] = {}
         self.across: dict[str, Number] = {}
         self.along = self.moment = self._zero
         self.lock_ratios: dict[str, Number] = {}
-        self._friction = loading.friction
+        self._friction, self._sizes = loading.friction, sizes
         # What acts on pins and bodies; reactions are added as they are found.
         self._pins = {
             point: reduce(_sum, loading.on_pins.get(point, []), (self._zero, self._zero))
@@ -71,6 +75,10 @@ class Reactions:
         }
         self._acting = defaultdict(list, {body: list(forces) for body, forces in loading.on_bodies.items()})
         self._moments = {body.name: sum(loading.moments.get(body.name, []), self._zero) for body in self._table.bodies}
+        for joint, bearing in loading.bearings.items():
+            moment = bearing.arm * bearing.sense * sizes[joint]
+            self._moments[bearing.link] = self._moments[bearing.link] - moment
+            self._moments[bearing.holder] = self._moments[bearing.holder] + moment
         self._last: tuple[str, ...] = ()
         for step in equations.steps:
             if isinstance(step, DriveOnLines):
@@ -172,6 +180,8 @@ class Reactions:
         coefficient, sense = self._friction[slot.name]
         self.lock_ratios[slot.name] = ratio * coefficient
         ratio = ratio * coefficient * sense
+        if slot.name in self._sizes:
+            return smooth + ratio * self._sizes[slot.name]
         root, one = (1.0 - ratio * ratio).sqrt(), ratio.graph.constant(1.0)
         left, right = smooth.call("maximum", self._zero), smooth.call("minimum", self._zero)
         return (left * (one + ratio) + right * (one - ratio)) / (root * root)
@@ -181,7 +191,7 @@ class Reactions:
         if slot.name not in self._friction:
             return self._zero, self._zero
         coefficient, sense = self._friction[slot.name]
-        return _times(self._along(slot), -(coefficient * sense * abs(size)))
+        return _times(self._along(slot), -(coefficient * sense * self._sizes.get(slot.name, abs(size))))
 
     def _apply(self, point: str, locus: Locus, force: Local, share: Number) -> None:
         """Note the force of a locus on a pin, and what follows on its link."""

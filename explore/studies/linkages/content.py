@@ -52,7 +52,7 @@ def _loads(loads: Loads) -> dict[str, Any]:
         "forces": {force.point: _pair(force.force) for force in loads.forces},
         "torques": {each.name: _torque(each) for each in loads.elements if each.kind == "torque"},
         "opposing": {each.name: _number(each.size) for each in loads.elements if each.kind == "opposing"},
-        "friction": {each.name: _number(each.size) for each in loads.elements if each.kind == "friction"},
+        "friction": {each.name: _friction(each) for each in loads.elements if each.kind.endswith("friction")},
         "springs": {each.name: _spring(each) for each in loads.elements if each.kind == "spring"},
         "dampers": {each.name: _spring(each) for each in loads.elements if each.kind == "damper"},
         "curves": {curve.name: _curve(curve) for curve in loads.curves},
@@ -71,6 +71,11 @@ def _mass(mass: Mass) -> Any:
 def _torque(element: Element) -> Any:
     size = _number(element.size)
     return size if len(element.ends) == 1 else {"torque": size, "against": element.ends[1]}
+
+
+def _friction(element: Element) -> Any:
+    size = _number(element.size)
+    return {"coefficient": size, "radius": _number(element.rest)} if element.rest else size
 
 
 def _spring(element: Element) -> dict[str, Any]:

@@ -7,16 +7,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from explore.base.errors import KeyPath, Problems
+from explore.base.errors import KeyPath
 from explore.base.suggest import closest_name, format_value, suggestion
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate
 from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PointForce
 from explore.mechanisms.linkages.loads import AMOUNTS
-from explore.mechanisms.linkages.steps import DriveOnLines, JoinPoint, Step
-from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slot, carrier
-from explore.model.quadrature import MOST_SENSES
+from explore.mechanisms.linkages.table import FRAME, carrier
 from explore.studies.linkages.coordinates import read_amount, read_pair
 from explore.studies.linkages.curves import CURVE, CurveReader
+from explore.studies.linkages.friction import bodies_on, note_many_senses
 from explore.studies.linkages.parameters import Located
 from explore.studies.linkages.structure import SECTION, Structure
 
@@ -29,6 +28,8 @@ _EXAMPLES = {
     "friction": "ram = 0.1",
     "dampers": 'brake = { between = "ram", rate = 20 }',
 }
+#: Example of friction at a pin.
+_AT_PIN = "A = { coefficient = 0.1, radius = 8 }"
 #: Example of a torque between two links.
 _BETWEEN = 'rocker = { torque = 2.5, against = "coupler" }'
 
@@ -41,6 +42,7 @@ _LINEAR = {"input", "number", "negate", "+", "-", "*"}
 
 _MASS_KEYS = ("mass", "centroid", "inertia")
 _TORQUE_KEYS = ("torque", "against")
+_PIN_KEYS = ("coefficient", "radius")
 #: Units of rates of springs and dampers, along a line and of an angle.
 _RATES = {"springs": ("N/m", "N m/rad"), "dampers": ("N s/m", "N m s/rad")}
 
@@ -73,15 +75,13 @@ class LoadReader:
         if (count := sum(map(len, parts.values()))) > _MOST_ENTRIES:
             self._problems.append((key, f"has {count:,} entries; at most {_MOST_ENTRIES} are possible"))
             return None
-        if (count := len({*parts["opposing"], *parts["friction"]})) > MOST_SENSES:
-            reason = f"has {count} motions with what opposes them or friction; at most {MOST_SENSES} are possible"
-            self._problems.append((key, reason))
         masses = tuple(self._mass(name, entry) for name, entry in parts["masses"].items())
         forces = tuple(self._point_force(name, entry) for name, entry in parts["forces"].items())
         elements = [self._torque(name, entry) for name, entry in parts["torques"].items()]
         elements += [self._opposing(name, entry) for name, entry in parts["opposing"].items()]
         elements += [self._friction(name, entry) for name, entry in parts["friction"].items()]
         elements += [self._spring(kind, name, entry) for kind in _RATES for name, entry in parts[kind].items()]
+        note_many_senses(elements, key, self._problems)
         if gravity is not None and not masses and not self._problems:
             self._problems.append(((*key, "gravity"), "acts on masses, and there is none; write them in masses"))
         used = {name for coordinate, _, _ in self.coordinates for name in coordinate.names}
@@ -146,10 +146,27 @@ class LoadReader:
 
     def _friction(self, name: str, entry: object) -> Element:
         key = (SECTION, "loads", "friction", name)
-        self._check_name(name, key, self._slots, "slot")
+        if name in self._structure.points:
+            return self._pin_friction(name, entry, key)
+        pins = [point for point in self._structure.points if len(bodies_on(self._structure, point)) > 1]
+        self._check_name(name, key, [*self._slots, *pins], "slot or pin")
         if name == self._driver:
             self._problems.append((key, f"{name} is driven; friction there adds to the force of the drive"))
         return Element("friction", name, (name,), self._amount(entry, key, "1"))
+
+    def _pin_friction(self, name: str, entry: object, key: KeyPath) -> Element:
+        """Friction of links on a pin that is fast in the last of its bodies."""
+        given, ends = self._table(entry, key, _PIN_KEYS, _PIN_KEYS, _AT_PIN), bodies_on(self._structure, name)
+        slots = sum(slot.pin == name for slot in self._structure.slots)
+        if slots > 1 or (slots and ends[-1] == FRAME and len(ends) > 2):
+            self._problems.append((key, f"{name} joins blocks and other bodies; only its slots can have friction"))
+        elif len(ends) == 1:
+            self._problems.append((key, f"only {ends[0]} has {name}; name a pin on which a link turns"))
+        for link in ends[:-1]:
+            self._check_turns((link,) if ends[-1] == FRAME else (link, ends[-1]), key)
+        coefficient = self._amount(given.get("coefficient", 0), (*key, "coefficient"), "1")
+        radius = self._amount(given.get("radius", 0), (*key, "radius"), "mm")
+        return Element("pin_friction", name, tuple(ends), coefficient, radius)
 
     def _spring(self, kind: str, name: str, entry: object) -> Element:
         key = (SECTION, "loads", kind, name)
@@ -265,15 +282,3 @@ class LoadReader:
         names = list(known)
         if name not in names:
             self._problems.append((key, f"unknown {kind} {format_value(name)}; {suggestion(str(name), names)}"))
-
-
-def note_rough_joints(table: LinkageTable, steps: Iterable[Step], problems: Problems) -> None:
-    """Note points that two slots place which both have friction."""
-    rough = table.loads.rough_slots if table.loads else ()
-    for step in steps:
-        if isinstance(step, JoinPoint | DriveOnLines):
-            lines = [step.first, step.second] if isinstance(step, JoinPoint) else [step.first[1], step.second[1]]
-            both = [line.name for line in lines if isinstance(line, Slot) and line.name in rough]
-            if len(both) == 2:
-                reason = f"{both[0]} and {both[1]} hold one pin or link; only one of the two can have friction"
-                problems.append(((SECTION, "loads", "friction", both[1]), reason))

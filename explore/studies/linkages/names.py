@@ -23,7 +23,7 @@ _WHOLE = (
     "forward", "backward", "interval", "assembly_intervals",
     "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
     "alike", "transmission_angle", "drive_torque", "drive_power", "drive_force", "positive_power", "friction_power",
-    "positive_work", "net_work", "energy_fluctuation", "pin_force_peak",
+    "positive_work", "net_work", "energy_fluctuation", "pin_force_peak", "lock_ratio",
 )  # fmt: skip
 
 
@@ -43,7 +43,7 @@ def reason_against(name: str) -> str:
     if ending in (*_SIGNALS, *_OTHERS):
         kind = "signals" if ending in _SIGNALS else "other columns"
         return f"names that end with _{ending} are of {kind}; choose another"
-    if "_force_on_" in name or name.endswith(("_normal_force", "_lock_ratio")):
+    if "_force_on_" in name or "_turning_of_" in name or name.endswith(("_normal_force", "_lock_ratio")):
         return "this is the name of a force in a joint; choose another"
     prefix = next((each for each in _PREFIXES if name.startswith(each)), "")
     return f"names that begin with {prefix} are of metrics; choose another" if prefix else ""

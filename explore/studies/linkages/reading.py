@@ -12,7 +12,8 @@ from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
 from explore.mechanisms.linkages.table import FRAME, LinkageTable
 from explore.studies.linkages.branch import note_missing, read_branch, two_sided
 from explore.studies.linkages.copies import add_copies
-from explore.studies.linkages.loads import LoadReader, note_rough_joints
+from explore.studies.linkages.friction import note_rigid_pins, note_rough_joints
+from explore.studies.linkages.loads import LoadReader
 from explore.studies.linkages.parallel_lines import note_parallel_lines
 from explore.studies.linkages.parameters import located_coordinates, read_parameters, rough_values
 from explore.studies.linkages.sketch import Sketch
@@ -217,6 +218,7 @@ def _with_signs(
         return None
     note_parallel_lines(table, steps, problems)
     note_rough_joints(table, steps, problems)
+    note_rigid_pins(table, steps, problems)
     all_sides = two_sided(steps)
     sides = {name: step for name, step in all_sides.items() if name not in copied}
     before = len(problems)

@@ -1,0 +1,116 @@
+"""Forces in the joints of a linkage whose pins have friction, by Newton's method on the sizes of its forces.
+
+A pin of the radius r, which presses on a link with F, turns it back with mu r |F|. The forces are linear in the loads,
+and so in the sizes z of those that friction follows from, of pins and of slots::
+
+    z_i = |a_i + sum_j G_ij z_j|
+
+While the sums of |G_ij| over j are all below 1, this has one solution, to which repeated substitution leads; else
+friction may lock the linkage, and there is no number.
+"""
+
+from collections.abc import Sequence
+from functools import reduce
+
+from explore.mechanisms.linkages.equations import Equations
+from explore.mechanisms.linkages.graph import Number
+from explore.mechanisms.linkages.loads import Joint, Loading
+from explore.mechanisms.linkages.reactions import Reactions
+
+#: Steps of Newton's method.
+_STEPS = 6
+#: Largest change of a size by the last step, relative to the sum of all; what is left is about its square.
+_LAST_CHANGE = 1e-8
+#: A size below this is 0, N; its square is still a normal number.
+_LEAST = 1e-150
+
+Force = tuple[Number, ...]
+
+
+def balance_friction(equations: Equations, loading: Loading) -> tuple[Reactions, dict[Joint, Number], Number | None]:
+    """The forces in the joints, the sizes of those of pins with friction, and the largest sum of the module.
+
+    Friction in slots alone is that of `Reactions`: then there are no sizes and no sum.
+    """
+    if not loading.bearings:
+        return Reactions(equations, loading), {}, None
+    joints: list[Joint] = [*loading.bearings, *loading.friction]
+    zero, one = equations.graph.constant(0.0), equations.graph.constant(1.0)
+    nothing, unloaded = dict.fromkeys(joints, zero), loading.unloaded()
+    own = _forces(Reactions(equations, loading, nothing), loading, joints)
+    by_one = [_forces(Reactions(equations, unloaded, nothing | {joint: one}), loading, joints) for joint in joints]
+    gains = [[column[i] for column in by_one] for i in range(len(joints))]
+    sums = [reduce(lambda total, force: total + _size(force), row, zero) for row in gains]
+    largest = reduce(lambda first, second: first.call("maximum", second), sums)
+    sizes = [_size(force) for force in own]
+    changes = sizes
+    for _ in range(_STEPS):
+        changes = _newton_step(own, gains, sizes)
+        sizes = [size + change for size, change in zip(sizes, changes, strict=True)]
+    found = [_size(_total(force, row, sizes)) for force, row in zip(own, gains, strict=True)]
+    allowed = sum(found, zero) * _LAST_CHANGE
+    spare = reduce(lambda least, change: least.call("minimum", allowed - abs(change)), changes, allowed)
+    # Undefined where it may lock, and where the steps did not lead to the solution.
+    checks = (1.0 - largest).sqrt(), spare.sqrt()
+    certain = [reduce(lambda size, check: size.call("maximum", -check), checks, size) for size in found]
+    of_joints = dict(zip(joints, certain, strict=True))
+    return Reactions(equations, loading, of_joints), of_joints, largest
+
+
+def _forces(reactions: Reactions, loading: Loading, joints: Sequence[Joint]) -> list[Force]:
+    """The forces that friction follows from: of pins two parts, of slots one."""
+    result: list[Force] = []
+    for joint in joints:
+        if isinstance(joint, str):
+            result.append((reactions.across[joint],))
+        else:
+            pin, link = joint
+            has_pin = joint in reactions.on_bodies  # else a slot of the link does
+            result.append(reactions.on_bodies[pin, link if has_pin else loading.bearings[joint].holder])
+    return result
+
+
+def _size(force: Force) -> Number:
+    if len(force) == 1:
+        return abs(force[0])
+    x, y = force
+    return (x * x + y * y).sqrt()
+
+
+def _total(force: Force, row: Sequence[Force], sizes: Sequence[Number]) -> Force:
+    """The force with these sizes of those that friction follows from."""
+    return tuple(
+        reduce(lambda total, part: total + part[0][k] * part[1], zip(row, sizes, strict=True), force[k])
+        for k in range(len(force))
+    )
+
+
+def _newton_step(own: Sequence[Force], gains: Sequence[Sequence[Force]], sizes: Sequence[Number]) -> list[Number]:
+    """What a step adds to the sizes, by elimination in a matrix whose diagonal dominates."""
+    matrix, rest = [], []
+    least = own[0][0].graph.constant(_LEAST)
+    for i, (force, row) in enumerate(zip(own, gains, strict=True)):
+        total = _total(force, row, sizes)
+        size = _size(total)
+        unit = [part / size.call("maximum", least) for part in total]
+        slopes = [-sum((u * g for u, g in zip(unit, gain, strict=True)), 0.0 * least) for gain in row]
+        slopes[i] = 1.0 + slopes[i]
+        matrix.append(slopes)
+        rest.append(size - sizes[i])
+    return _solve(matrix, rest)
+
+
+def _solve(matrix: list[list[Number]], right: list[Number]) -> list[Number]:
+    """The solution of linear equations, without exchanges of rows."""
+    n = len(right)
+    for k in range(n):
+        inverse = 1.0 / matrix[k][k]
+        for i in range(k + 1, n):
+            factor = matrix[i][k] * inverse
+            matrix[i] = [entry - factor * above for entry, above in zip(matrix[i], matrix[k], strict=True)]
+            right[i] = right[i] - factor * right[k]
+    result: list[Number] = [*right]
+    for k in reversed(range(n)):
+        known = sum((matrix[k][j] * result[j] for j in range(k + 1, n)), 0.0 * right[k])
+        result[k] = (right[k] - known) / matrix[k][k]
+    return result

@@ -1,0 +1,65 @@
+"""Where a table can have friction."""
+
+from collections.abc import Iterable
+
+from explore.base.errors import KeyPath, Problems
+from explore.mechanisms.linkages.load_table import Element
+from explore.mechanisms.linkages.steps import Circle, DriveOnLines, JoinPoint, Step
+from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slot
+from explore.model.quadrature import MOST_SENSES
+from explore.studies.linkages.structure import SECTION, Structure
+
+#: Largest number of links that turn on pins with friction: the function of more takes seconds to compile.
+_MOST_BEARINGS = 8
+
+
+def bodies_on(structure: Structure, point: str) -> list[str]:
+    """The links that have a point, then the body that its block slides on, or the frame."""
+    links = [link.name for link in structure.links if point in link.place_of]
+    slots = [slot.body for slot in structure.slots if slot.pin == point]
+    return [*links, *slots, *([FRAME] if point in structure.bodies[FRAME].place_of else [])]
+
+
+def note_many_senses(elements: Iterable[Element], key: KeyPath, problems: Problems) -> None:
+    """Note too many motions that are opposed."""
+    bearings = sum(len(each.ends) - 1 for each in elements if each.kind == "pin_friction")
+    count = bearings + len({each.ends for each in elements if each.kind in ("opposing", "friction")})
+    if bearings > _MOST_BEARINGS:
+        reason = f"has {bearings} links that turn on pins with friction; at most {_MOST_BEARINGS} are possible"
+        problems.append(((*key, "friction"), reason))
+    elif count > MOST_SENSES:
+        reason = f"has {count} motions with what opposes them or friction; at most {MOST_SENSES} are possible"
+        problems.append((key, reason))
+
+
+def note_rough_joints(table: LinkageTable, steps: Iterable[Step], problems: Problems) -> None:
+    """Note points that two slots place which both have friction."""
+    rough = table.loads.rough_slots if table.loads else ()
+    for step in steps:
+        if isinstance(step, JoinPoint | DriveOnLines):
+            lines = [step.first, step.second] if isinstance(step, JoinPoint) else [step.first[1], step.second[1]]
+            both = [line.name for line in lines if isinstance(line, Slot) and line.name in rough]
+            if len(both) == 2:
+                reason = f"{both[0]} and {both[1]} hold one pin or link; only one of the two can have friction"
+                problems.append(((SECTION, "loads", "friction", both[1]), reason))
+
+
+def note_rigid_pins(table: LinkageTable, steps: Iterable[Step], problems: Problems) -> None:
+    """Note pins with friction of links that two others hold in a triangle: they do not turn against these."""
+    parts, driven = {body.name: body.name for body in table.bodies}, table.driven_slot
+    for step in steps:
+        match step:
+            case JoinPoint(point, Circle() as first, Circle() as second) if not driven or point != driven.pin:
+                at_first, at_second = (
+                    {parts[body.name] for body in table.bodies_at(circle.centre)} for circle in (first, second)
+                )
+                for shared in at_first & at_second:
+                    joined = parts[first.link], parts[second.link]
+                    parts = {body: shared if part in joined else part for body, part in parts.items()}
+    for element in table.loads.elements if table.loads else ():
+        if element.kind == "pin_friction":
+            *links, holder = element.ends
+            rigid = [link for link in links if parts[link] == parts[holder]]
+            if rigid:
+                reason = f"{rigid[0]} does not turn against {holder}, as both are of one rigid part; leave it out"
+                problems.append(((SECTION, "loads", "friction", element.name), reason))
