@@ -187,6 +187,14 @@ def test_any_table_can_be_ranked_in_fronts():
     assert both["front"].tolist() == [1, 1, 1, 2, 2]
 
 
+@pytest.mark.parametrize("value", [np.inf, -np.inf])
+def test_rows_of_a_table_with_an_infinite_objective_are_left_out_with_a_word(value):
+    """Unlike an undefined objective an infinite one has an order, in which such a row could be the best."""
+    table = pd.DataFrame({"cost": [1.0, value, 3.0, value], "cv": [3.0, 1.0, 2.0, 0.0], "feasible": [1, 1, 1, 0]})
+    with pytest.warns(RuntimeWarning, match="^rows left out, because an objective is infinite: 1$"):
+        assert explore.rank(table, objectives=["cost:min", "cv"]).index.tolist() == [0, 2]
+
+
 @pytest.mark.parametrize(
     ("objectives", "message"),
     [

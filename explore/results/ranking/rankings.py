@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -77,8 +78,9 @@ class Ranking:
 def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
     """The rows of the first fronts of a table, best first, with a column ``front``, from 1.
 
-    Rows whose column ``feasible`` is false or whose objectives are not all finite are left out. Rows that are equal in
-    ``order_by`` keep their order. A `RequestError` says that a column is unknown or not numeric.
+    Rows whose column ``feasible`` is false or whose objectives are not all finite are left out; a warning says how many
+    have an infinite one. Rows that are equal in ``order_by`` keep their order. A `RequestError` says that a column is
+    unknown or not numeric.
     """
     attributes = frame.attrs
     names = [str(name) for name in frame.columns]
@@ -95,6 +97,9 @@ def rank_frame(frame: pd.DataFrame, request: RankRequest) -> pd.DataFrame:
         if not frame["feasible"].isin([True, False]).all():
             raise RequestError("column 'feasible' must be true or false in each row")
         columns["feasible"] = frame["feasible"].to_numpy(dtype=bool)
+    infinite = np.isinf([columns[objective.metric] for objective in objectives]).any(axis=0)
+    if n_infinite := int(np.count_nonzero(infinite & columns.get("feasible", True))):
+        warnings.warn(f"rows left out, because an objective is infinite: {n_infinite:,}", RuntimeWarning, stacklevel=3)
     # Rows are selected by position, because the labels of a table may repeat.
     rows, numbers = find_fronts(criteria.apply([columns]), objectives, request.fronts, numbered_by=None)
     return sort_fronts(frame.iloc[rows], numbers, objectives, order, request)
