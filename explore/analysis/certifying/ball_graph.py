@@ -60,14 +60,14 @@ class TracedTable:
 
     equations: Equations
     quantities: dict[str, Quantity]
-    programs: dict[tuple[tuple[int, ...], str], Program]
+    programs: dict[tuple[tuple[int, ...], str, bool], Program]
 
-    def program(self, numbers: Sequence[Number], name: str) -> Program:
+    def program(self, numbers: Sequence[Number], name: str, *, is_cut: bool) -> Program:
         """The program of some numbers, which sentences call by a name."""
-        outputs = tuple(number.index for number in numbers)
-        if (outputs, name) not in self.programs:
-            self.programs[outputs, name] = Program(self.equations.graph, outputs, name)
-        return self.programs[outputs, name]
+        key = tuple(number.index for number in numbers), name, is_cut
+        if key not in self.programs:
+            self.programs[key] = Program(self.equations.graph, *key)
+        return self.programs[key]
 
 
 class BallGraph:
@@ -78,10 +78,14 @@ class BallGraph:
         self.equations, self.quantities = self._traced.equations, self._traced.quantities
 
     def function(
-        self, numbers: Sequence[Number], references: Mapping[str, arb] | None = None, name: str = "the linkage"
-    ) -> Function:
-        """Numbers, called by a name, as a function of the input angle, on which `references` do not depend."""
-        program = self._traced.program(numbers, name)
+        self, numbers: Sequence[Number], references: Mapping[str, arb] | None = None, name: str = "the linkage",
+        signs: Mapping[int, int | arb] | None = None,
+    ) -> Function:  # fmt: skip
+        """Numbers, called by a name, as a function of the input angle, on which `references` do not depend.
+
+        With `signs` of the decisions of branches, which others need not have.
+        """
+        program = self._traced.program(numbers, name, is_cut=signs is not None)
         if any(name not in (references or {}) for name in program.references):
             words = "depends on an end of the stroke"
             raise UnprovedError(f"{program.name} {words} and cannot be certified: no enclosure is implemented")
@@ -89,7 +93,12 @@ class BallGraph:
         parameters = [
             arb(float(name[1:]) if name[0] == _NUMBER else self._parameters[name]) for name in program.parameters
         ]
-        return Function(program, (*given, *program.of_design(*parameters)))
+        branches = [signs[k] for k in program.branches] if signs is not None else []
+        return Function(program, (*given, *program.of_design(*parameters), *branches))
+
+    def cut_program(self, number: Number, name: str) -> Program:
+        """The program of a number, called by a name, to which the signs of decisions are given."""
+        return self._traced.program([number], name, is_cut=True)
 
     def place_of_frame(self, point: str) -> Sequence[arb]:
         """The coordinates of a point that does not move, mm."""
@@ -105,11 +114,11 @@ class Function:
     program
         The operations.
     known
-        Numbers that do not depend on the angle.
+        Numbers that do not depend on the angle, and signs of branches.
     """
 
     program: Program
-    known: tuple[arb, ...]
+    known: tuple[arb | int, ...]
 
     def at(self, angle: arb | acb) -> Sequence[Any]:
         """The numbers at an angle, rad; no finite ones where they are undefined or, in a box, not analytic."""

@@ -32,6 +32,11 @@ _OF_ANGLE = {
 }  # fmt: skip
 #: Inputs 1 - cos(angle - k pi/2) by the sine h and the cosine g of half the angle, as squares, which are narrow.
 _BY_HALVES = ("2 * th * th", "(th - tg) * (th - tg)", "2 * tg * tg", "(th + tg) * (th + tg)")
+#: Branches by the signs of their decisions, which come last: 1 or -1, or a ball with both.
+_BRANCHES = {
+    **dict.fromkeys(SENSES, "{1}"), "abs": "{1} * {0}", "minimum": "choose({1}, {0}, {2})",
+    **dict.fromkeys(("max", "maximum"), "choose({0}, {1}, {2})"),
+}  # fmt: skip
 #: Operations before which series over cells are tightened.
 _NONLINEAR = ("div", "sqrt", "arctangent")
 
@@ -48,11 +53,14 @@ class Program:
         The numbers, as indices.
     name
         What they are: a signal, or factors.
+    is_cut
+        Whether the signs of `branches` are given.
     """
 
     graph: Graph
     outputs: tuple[int, ...]
     name: str
+    is_cut: bool = False
 
     @cached_property
     def _steps(self) -> list[int]:
@@ -63,6 +71,11 @@ class Program:
         """Inputs that do not follow from the angle alone, and their numbers."""
         names = {str(self.graph.nodes[k][1]): k for k in self._moving if self.graph.nodes[k][0] == "input"}
         return {name: k for name, k in names.items() if name not in _OF_ANGLE}
+
+    @cached_property
+    def branches(self) -> list[int]:
+        """Numbers that depend on the angle with one form or another by the sign of a number, their decision."""
+        return [k for k in self._moving if self.graph.nodes[k][0] in _BRANCHES]
 
     @cached_property
     def _still(self) -> list[int]:
@@ -128,7 +141,8 @@ class Program:
 
     @cached_property
     def _arguments(self) -> list[str]:
-        return [*(f"r{k}" for k in self.references.values()), *(f"k{k}" for k in self.known)]
+        signs = [f"b{k}" for k in self.branches] if self.is_cut else []
+        return [*(f"r{k}" for k in self.references.values()), *(f"k{k}" for k in self.known), *signs]
 
     @cached_property
     def _moving(self) -> list[int]:
@@ -148,6 +162,8 @@ class Program:
             return forms.get(name, _OF_ANGLE[name]).format(side) if name in _OF_ANGLE else f"r{k}"
         if operation == "constant":
             return f"constant({node[1]!r}, {node[2]!r})"
+        if self.is_cut and k in self.branches:
+            return _BRANCHES[operation].format(*names, f"b{k}")
         if operation in forms:
             return forms[operation].format(*names)
         if operation in _SYMBOLS:
@@ -227,6 +243,13 @@ def _minimum(a: Any, b: Any) -> Any:
     return -_maximum(-a, -b)
 
 
+def _choose(a: Any, b: Any, sign: Any) -> Any:
+    """The first of two numbers where a sign is positive, the second where it is negative, else both."""
+    if sign > 0:
+        return a
+    return b if sign < 0 else a.union(b)
+
+
 def _angle(y: Any, x: Any) -> Any:
     """The angle of a vector, 2 arctan(y/(r + x)) with its length r, which is 2 arctan((r - x)/y) too."""
     square = x * x + y * y
@@ -269,7 +292,7 @@ _FUNCTIONS = {"abs": _size, "max": _maximum, "maximum": _maximum, "minimum": _mi
 _FORMULA_NAMES = {"power": "**"} | {name: name for name in ("sin", "cos", "tan", "log", "exp", "atan2", "hypot")}
 #: Functions that written functions call, by their names.
 _NAMES = {
-    **_FUNCTIONS, "root": _root, "divide": _divide, "angle": _angle, "angle_series": _angle_series,
+    **_FUNCTIONS, "choose": _choose, "root": _root, "divide": _divide, "angle": _angle, "angle_series": _angle_series,
     "tightened": _tightened, "constant": _constant, "nan": math.nan, "inf": math.inf,
     **{name: _or_nowhere((UNARY | BINARY)[other]) for name, other in _FORMULA_NAMES.items()},
 }  # fmt: skip

@@ -12,10 +12,22 @@ from explore.analysis.certifying.statistics import from_extremes, from_moments, 
 from explore.base.errors import RequestError
 from explore.mechanisms.linkages.declared import table_of
 from explore.mechanisms.linkages.metrics import REACH_NAMES
+from explore.mechanisms.load_metrics import WORK_FORMULAS
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import EXTREME_STATISTICS, MOMENT_STATISTICS, DerivedMetric, Metric, SampledMetric, Signal
+from explore.model.quantities import (
+    EXTREME_STATISTICS,
+    FLUCTUATION,
+    MOMENT_STATISTICS,
+    DerivedMetric,
+    Metric,
+    SampledMetric,
+    Signal,
+)
 from explore.model.request import Request, needs_stroke
 from explore.model.status import Status
+
+#: Works of the drive in a turn, which follow from its mean power.
+_WORKS = tuple(formula.name for formula in WORK_FORMULAS)
 
 
 def require_table(mechanism: Mechanism) -> None:
@@ -65,6 +77,9 @@ class Certificate:
         if metric.statistic in EXTREME_STATISTICS:
             pair = self._motion.low_and_high(metric.signal, metric.window)
             enclosure: Enclosure | None = from_extremes(metric.statistic, *pair)
+        elif metric.statistic == FLUCTUATION:
+            square = self._motion.mean_and_square(metric.signal, metric.window, needs_mean=True)[1]
+            enclosure = Enclosure(self._motion.fluctuation(metric.signal), square.sqrt() * 2 * arb.pi())
         elif metric.statistic not in MOMENT_STATISTICS:
             raise UnprovedError(f"{metric.name} cannot be certified: no enclosure is implemented")
         else:
@@ -128,6 +143,12 @@ class Certificate:
             balls = [source.ball for source in sources if source]
             # The largest of some is not that of all.
             return Enclosure.of(reduce(arb.max, balls)) if len(balls) == len(sources) > 0 else None
+        if name in _WORKS:
+            (power,) = (self.enclose(source) for source in metric.inputs if isinstance(source, SampledMetric))
+            return power and Enclosure.of(power.ball * 2 * arb.pi() / self._speed)
+        if metric.formula.is_alias:
+            (source,) = metric.inputs
+            return self.enclose(source) if isinstance(source, SampledMetric) else None
         return self._follow(name)
 
     def _follow(self, name: str) -> Enclosure:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from functools import cached_property
+from functools import cached_property, reduce
 from typing import cast
 
 from flint import arb, ctx, fmpq
@@ -10,7 +10,9 @@ from flint import arb, ctx, fmpq
 from explore.analysis.certifying.arcs import Arc, angle_of_mark, driven_arc, extremes, full_turn, interval, window_arc
 from explore.analysis.certifying.ball_graph import BallGraph, Function
 from explore.analysis.certifying.balls import UnprovedError, exact
+from explore.analysis.certifying.fluctuations import fluctuation
 from explore.analysis.certifying.means import arc_means, turn_means
+from explore.analysis.certifying.pieces import Piece, cut_pieces
 from explore.analysis.certifying.subdivision import extremes_by_subdivision, sign_changes
 from explore.analysis.certifying.turning import Turning
 from explore.mechanisms.linkages.declared import table_of
@@ -106,12 +108,26 @@ class Motion:
 
     def function(self, quantity: Quantity, number: Number | None = None) -> Function:
         """A signal, or a number of its, as a function of the input angle."""
+        number = quantity.number if number is None else number
+        return self.graph.function([number], self._references(quantity), quantity.signal.name)
+
+    def _references(self, quantity: Quantity) -> dict[str, arb]:
+        """Inputs that tell the turns of links apart."""
         inputs: dict[str, arb] = {}
         for link in quantity.links:
             middle = arb(0 if self.exact else self._turning.middle_of(link))
             parts = (middle, middle.cos(), middle.sin())
             inputs |= {f"{REFERENCE}{link}:{part}": value for part, value in enumerate(parts)}
-        return self.graph.function([quantity.number if number is None else number], inputs, quantity.signal.name)
+        return inputs
+
+    def _pieces(self, quantity: Quantity, window: Window, number: Number | None = None) -> list[Piece]:
+        """The pieces of a window in which a signal, or a number of its, is an analytic function."""
+        rate = self._mechanism.signal(self._mechanism.output_signals[""])
+        is_stroke = window.kind not in ("turn", "interval") and rate.name in self.graph.quantities
+        return cut_pieces(
+            self.graph, quantity.number if number is None else number, quantity.signal.name, self._part(window),
+            self._references(quantity), self.quantity(rate).number if is_stroke else None,
+        )  # fmt: skip
 
     def _part(self, window: Window) -> Arc:
         """The input angles of a window at which this linkage moves the output."""
@@ -128,14 +144,19 @@ class Motion:
 
     def _find_extremes(self, signal: Signal, window: Window) -> tuple[arb, arb]:
         quantity, arc = self.quantity(signal), self._part(window)
-        function = self.function(quantity)
         if signal.extremes_at and window.kind != "clutch":
-            return self._extremes_between(signal, arc, function)
-        low, high = _constant(quantity.number, function) or extremes_by_subdivision(
-            function, signal.name, arc.start, arc.stop, is_turn=arc.is_turn
-        )
+            return self._extremes_between(signal, arc, self.function(quantity))
+        pieces = self._pieces(quantity, window)
+        is_turn = arc.is_turn and len(pieces) == 1
+        constant = _constant(quantity.number, pieces[0].function)
+        found = [constant] if constant else [
+            (piece.value, piece.value) if piece.is_tiny else
+            extremes_by_subdivision(piece.function, signal.name, piece.start, piece.stop, is_turn=is_turn)
+            for piece in pieces
+        ]  # fmt: skip
+        low, high = reduce(arb.min, (low for low, _ in found)), reduce(arb.max, (high for _, high in found))
         if window.kind == "clutch":
-            least = arb(0) if arc.length < self._period else abs(function.value(arc.start))
+            least = arb(0) if arc.length < self._period else abs(pieces[0].function.value(arc.start))
             return least, abs(low).max(abs(high))
         if quantity.signal.is_magnitude:
             return low.nonnegative_part().sqrt(), high.nonnegative_part().sqrt()
@@ -173,6 +194,12 @@ class Motion:
             self._moments[key] = moments
         return self._moments[key]
 
+    def fluctuation(self, signal: Signal) -> arb:
+        """The range over the turn of the integral of a signal less its mean."""
+        quantity, whole = self.quantity(signal), self._mechanism.whole_motion
+        mean, _ = self.mean_and_square(signal, whole, needs_mean=True)
+        return fluctuation(self._pieces(quantity, whole), mean, signal.name, _too_close(quantity))
+
     def _closed_means(self, quantity: Quantity, arc: Arc, antiderivative: Callable[..., arb]) -> tuple[arb, arb]:
         """Mean of a signal by the change of the one that it is the derivative of, and of its square."""
         below = self._mechanism.signal(self._mechanism.signal(quantity.signal.name).derivative_of)
@@ -182,11 +209,17 @@ class Motion:
 
     def _means(self, quantity: Quantity, window: Window, number: Number | None = None) -> tuple[arb, arb]:
         """Means of a number and of its square; behind clutches it is the size of the output."""
-        reason = f"{quantity.signal.name} is too close to a singularity for a proof of its mean"
-        arc, function = self._part(window), self.function(quantity, number)
-        if arc.is_turn:
-            return turn_means(function.value, reason)
-        mean, square = arc_means(function.value, arc.start, arc.stop, reason)
+        arc, pieces, reason = self._part(window), self._pieces(quantity, window, number), _too_close(quantity)
+        if arc.is_turn and len(pieces) == 1:
+            return turn_means(pieces[0].function.value, reason)
+        mean = square = arb(0)
+        for piece in pieces:
+            share = (piece.stop - piece.start) / arc.length
+            own, own_square = (
+                (piece.value, piece.value * piece.value) if piece.is_tiny else
+                arc_means(piece.function.value, piece.start, piece.stop, reason)
+            )  # fmt: skip
+            mean, square = mean + share * own, square + share * own_square
         if window.kind == "clutch":
             share = arc.length / self._period
             return abs(mean) * share, square * share
@@ -208,6 +241,10 @@ class Motion:
         change = cast(Signal, self._mechanism.derivative(rate))  # every declaration with clutches has one
         rates = [self.function(self.quantity(signal)) for signal in (rate, change)]
         return driven_arc(rates[0], rates[1], self._arc(clutch), self._period)
+
+
+def _too_close(quantity: Quantity) -> str:
+    return f"{quantity.signal.name} is too close to a singularity for a proof of its mean"
 
 
 def _constant(number: Number, function: Function) -> tuple[arb, arb] | None:

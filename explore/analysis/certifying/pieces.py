@@ -1,0 +1,100 @@
+"""Arcs cut where numbers take another form: where a motion turns back, at corners of sizes and of the larger of two."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from flint import arb, ctx
+
+from explore.analysis.certifying.arcs import Arc
+from explore.analysis.certifying.ball_graph import BallGraph, Function
+from explore.analysis.certifying.balls import UndecidedError, UnprovedError
+from explore.analysis.certifying.subdivision import sign_changes
+from explore.mechanisms.linkages.graph import Number, operands
+
+#: Largest number of branches: zeros of the decision of each are looked for.
+_MOST_BRANCHES = 20
+#: A sign that is not known.
+_EITHER = arb(0, 1)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Both ends of a part of an arc, rad, and the signs of decisions there; all are, unless it `is_tiny`, known."""
+
+    start: arb
+    stop: arb
+    signs: Mapping[int, int | arb]
+    is_tiny: bool = False
+
+
+@dataclass(frozen=True)
+class Piece:
+    """The input angles from one to another, rad, and a number there: analytic, or of a tiny piece only enclosed."""
+
+    start: arb
+    stop: arb
+    function: Function
+    is_tiny: bool
+
+    @property
+    def value(self) -> arb:
+        """The number over all of the piece."""
+        return self.function.value(self.start.union(self.stop))
+
+
+def cut_pieces(
+    graph: BallGraph, number: Number, name: str, arc: Arc, references: Mapping[str, arb], at_ends: Number | None
+) -> list[Piece]:
+    """The pieces of an arc in which a number, called by a name, has one form.
+
+    `at_ends` is 0 at both ends of the arc and nowhere between.
+    """
+
+    def function(of: Number, part: _Part) -> Function:
+        return graph.function([of], references, name, part.signs)
+
+    program, parts = graph.cut_program(number, name), [_Part(arc.start, arc.stop, {})]
+    if len(program.branches) > _MOST_BRANCHES:
+        reason = f"{name} has {len(program.branches)} terms with jumps or corners; proofs take at most {_MOST_BRANCHES}"
+        raise UnprovedError(reason)
+    for k in program.branches:
+        first, *others = (Number(program.graph, j) for j in operands(program.graph.nodes[k]))
+        decision = first - others[0] if others else first
+        is_known = at_ends is not None and at_ends.index == decision.index
+        parts = [
+            replace(part, signs={**part.signs, k: sign})
+            for whole in parts
+            for part, sign in _divide(function(decision, whole), f"a term of {name}", whole, is_known=is_known)
+        ]
+    return [Piece(part.start, part.stop, function(number, part), part.is_tiny) for part in parts]
+
+
+def _divide(decision: Function, name: str, part: _Part, *, is_known: bool) -> Iterator[tuple[_Part, int | arb]]:
+    """The parts of a part in which a decision has one sign, and tiny ones at ends where it may be 0; with the sign.
+
+    `is_known`: it is 0 at both ends and nowhere between.
+    """
+    if part.is_tiny:
+        yield part, _EITHER
+        return
+    near = arb(2) ** (-ctx.prec // 2)
+    ends = [part.start, part.stop]
+    inner = [
+        end if is_known or _sign(decision, end) else end + step for end, step in zip(ends, (near, -near), strict=True)
+    ]
+    places = [] if is_known else [place for place, _ in sign_changes(decision, name, *inner)]
+    for first, last in pairwise([inner[0], *sorted(places, key=lambda place: float(place.mid())), inner[1]]):
+        if not (sign := _sign(decision, ((first + last) / 2).mid())):
+            raise UndecidedError
+        yield replace(part, start=first, stop=last), sign
+    for end, other in zip(ends, inner, strict=True):
+        if other is not end:
+            first, last = (end, other) if end is part.start else (other, end)
+            yield replace(part, start=first, stop=last, is_tiny=True), _EITHER
+
+
+def _sign(decision: Function, angle: arb) -> int:
+    """The sign of a decision at an angle; 0 where it is not decided."""
+    value = decision.value(angle)
+    return (1 if value > 0 else -1 if value < 0 else 0) if value.is_finite() else 0
