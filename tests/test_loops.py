@@ -120,6 +120,27 @@ def test_a_design_without_a_motion_has_no_limit():
         find_limit(task.loop, design)
 
 
+@pytest.mark.parametrize(
+    ("rod", "unit", "start", "limit", "shown"),
+    [
+        ("share * r + 3", "1", 1.0, 0.85, "0.85, over that value"),
+        ("400 * sin(share) - 180", "deg", 31.0, 30.0, "30 deg, over that value"),
+    ],
+)
+def test_a_distance_of_what_is_no_length_is_not_over_a_length(rod, unit, start, limit, shown):
+    """A rod that has to be as long as the crank."""
+    content = {
+        "driver": "crank", "frame": {"O": [0, 0]},
+        "links": {"crank": {"O": 0, "A": "r"}, "rod": {"A": 0, "B": rod}},
+        "slots": {"ram": {"pin": "B", "link": "frame", "along": ["O", [1, 0]]}}, "branch": {"B": "far"},
+        "parameters": {"share": {"unit": unit}},
+    }  # fmt: skip
+    case = stability_case(linkage_mechanism(Linkage(content).table), {"r": 20.0, "share": start})
+    assert case.distance == f"distance of share from {shown}"
+    shares = case.parameters[:, case.loop.parameters.index("share")]
+    assert case.margin == pytest.approx(shares / limit - 1.0, abs=1e-14)  # what sin, 400 times larger, rounds to
+
+
 def test_the_map_of_a_table_shows_where_newton_fails_and_that_blocked_designs_are_rejected():
     designs, task = designs_of_linkage("watt-2"), motion_of("watt-2", 2)
     with only("closed-form", "newton-compiled"):

@@ -308,6 +308,6 @@ def test_methods_for_four_bars_alone_say_so(name):
     if not METHODS[name]:
         pytest.skip("pylinkage is not installed: extra peers")
     assert Capability.TWO_ANGLES in find_method(name).capabilities
-    message = f"method {name!r} solves one loop with two unknown angles; slider-crank is solved by closed-form"
+    message = f"method {name!r} solves one loop with two unknown angles; available here: closed-form"
     with pytest.raises(explore.RequestError, match=re.escape(message)):
         explore.simulate("slider-crank", {"crank": 1.0, "rod": 3.0}, method=name)

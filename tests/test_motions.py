@@ -96,6 +96,7 @@ def test_other_mechanisms_have_the_closed_form_only():
     ("arguments", "message"),
     [
         ({"method": "newtn"}, "unknown method 'newtn'; did you mean 'newton'?"),
+        ({"method": "radau(rtol=1e-3)"}, "available: radau(rtol=0.001), radau(rtol=1e-06), radau(rtol=1e-09)"),
         (
             {"method": "rk45", "angles": [90.0, 80.0]},
             "proceeds from one crank angle to the next; give ascending angles",

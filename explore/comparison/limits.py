@@ -37,7 +37,7 @@ def find_limit(loop: Loop, design: FloatArray, name: str = "") -> Limit:
         If the design has no motion, or keeps it while any parameter goes to 0 or doubles.
     """
     if not _moves(loop, design[None])[0]:
-        raise RequestError(f"{loop.name}: the design has no motion to begin with; give one that turns")
+        raise RequestError("the design has no motion to begin with; give one that turns")
     columns = [loop.parameters.index(name)] if name else [k for k, value in enumerate(design) if value != 0.0]
     steps = np.arange(1, _STEPS) / _STEPS
     for share in np.concatenate([steps, [1.0]]):
@@ -48,7 +48,7 @@ def find_limit(loop: Loop, design: FloatArray, name: str = "") -> Limit:
                 if factor > 0.0 and not _moves(loop, other[None])[0]:
                     value = _bisect(loop, design, k, other[k])
                     return Limit(loop.parameters[k], value, design, k)
-    raise RequestError(f"{loop.name}: no singular position: the design moves while any parameter goes to 0 or doubles")
+    raise RequestError("no singular position: the design moves while any parameter goes to 0 or doubles")
 
 
 def _bisect(loop: Loop, design: FloatArray, column: int, blocked: float) -> float:
@@ -61,8 +61,11 @@ def _bisect(loop: Loop, design: FloatArray, column: int, blocked: float) -> floa
     return float(blocked)
 
 
-def designs_towards(loop: Loop, limit: Limit) -> tuple[FloatArray, FloatArray]:
-    """Margins over the longest link, descending, and designs at them, but for those that do not move as they should."""
+def designs_towards(loop: Loop, limit: Limit, *, is_length: bool = True) -> tuple[FloatArray, FloatArray]:
+    """Margins, descending, and designs at them, but for those that do not move as they should.
+
+    A margin of a length is over the longest link, one of another parameter over its limit.
+    """
     scale = 2.0 ** np.round(np.log2(abs(limit.design[limit.column] - limit.value)) - _EXPONENTS[0])
     sense = np.sign(limit.design[limit.column] - limit.value)
     wanted = np.array([*(2.0**k for k in _EXPONENTS), 0.0, *(-(2.0**k) for k in _BEYOND)]) * scale * sense
@@ -74,7 +77,7 @@ def designs_towards(loop: Loop, limit: Limit) -> tuple[FloatArray, FloatArray]:
     )
     kept &= np.append(np.diff(distance) < 0.0, True)
     parameters, distance = parameters[kept], distance[kept]
-    return distance / loop.size(loop.columns(parameters.T)), parameters
+    return distance / (loop.size(loop.columns(parameters.T)) if is_length else abs(limit.value)), parameters
 
 
 def _moves(loop: Loop, parameters: FloatArray) -> npt.NDArray[np.bool_]:

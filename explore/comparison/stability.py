@@ -113,7 +113,8 @@ def stability_case(mechanism: Mechanism, design: dict[str, float] | None = None)
         design = {**dict.fromkeys(loop.parameters, 1.0), **declared.design}
     limited = declared.limited if declared is not None else ""
     limit = find_limit(loop, np.array([design[name] for name in loop.parameters]), limited)
-    margin, parameters = designs_towards(loop, limit)
+    unit = mechanism.parameter(limit.name).unit
+    margin, parameters = designs_towards(loop, limit, is_length=unit == "mm")
     first, span = whole_motion(loop)
     singular = _singular_angle(loop, parameters[margin > 0.0][-1], first, span)
     if loop.table.limits is None:
@@ -121,9 +122,9 @@ def stability_case(mechanism: Mechanism, design: dict[str, float] | None = None)
     smooth = None
     if declared is not None and declared.smooth:
         smooth = np.array([declared.smooth.get(name, 1.0) for name in loop.parameters])
-    unit = mechanism.parameter(limit.name).unit
+    value = f"{limit.value:g} {'' if unit == '1' else unit}".rstrip()
     return StabilityCase(
-        loop, f"distance of {limit.name} from {limit.value:g} {unit}, over the longest link",
+        loop, f"distance of {limit.name} from {value}, over {'the longest link' if unit == 'mm' else 'that value'}",
         "no full motion exists", margin, parameters, np.full(len(margin), first), first, span, (singular,), smooth,
     )  # fmt: skip
 

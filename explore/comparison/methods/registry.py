@@ -63,9 +63,12 @@ def find_method(name: str) -> Method:
         return METHODS[name][-1]
     if name in METHODS:
         raise RequestError(f"method {name!r} is not installed; pip install 'linkage-explore[peers]'")
-    by_label = {method_label(method): method for settings in METHODS.values() for method in settings}
+    base = name.partition("(")[0]
+    if base not in METHODS:
+        raise RequestError(f"unknown method {name!r}; {suggestion(base, METHODS)}")
+    by_label = {method_label(method): method for method in METHODS[base]}
     if name not in by_label:
-        raise RequestError(f"unknown method {name!r}; {suggestion(name, [*METHODS, *by_label])}")
+        raise RequestError(f"unknown setting {name!r}; available: {', '.join(by_label)}")
     return by_label[name]
 
 
@@ -74,4 +77,4 @@ def check_method(method: Method, loop: Loop) -> None:
     if not solves(method, loop):
         kind = "two unknown angles" if Capability.TWO_ANGLES in method.capabilities else "two unknowns"
         others = ", ".join(methods_for(loop))
-        raise RequestError(f"method {method.name!r} solves one loop with {kind}; {loop.name} is solved by {others}")
+        raise RequestError(f"method {method.name!r} solves one loop with {kind}; available here: {others}")

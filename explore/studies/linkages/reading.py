@@ -9,7 +9,7 @@ from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, one_line, suggestion
 from explore.base.units.quantities import exact_quantity
 from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
-from explore.mechanisms.linkages.table import FRAME, LinkageTable
+from explore.mechanisms.linkages.table import FRAME, LinkageTable, carrier
 from explore.studies.linkages.branch import note_missing, read_branch, two_sided
 from explore.studies.linkages.copies import add_copies
 from explore.studies.linkages.friction import note_rigid_pins, note_rough_joints
@@ -189,12 +189,11 @@ def _output(section: Mapping[str, Any], driver: str, structure: Structure, probl
     links = [link.name for link in structure.links]
     slots = [slot.name for slot in structure.slots]
     output = section.get("output", "")
-    translating = {slide.link: slide.body for slide in structure.slides}
     if output == driver and output in (*links, *slots):
         motion = "turns at constant speed" if output in links else "is driven"
         problems.append(((SECTION, "output"), f"{output} {motion}; name another link or a slot"))
-    elif translating.get(str(output)) == FRAME:
-        reason = f"{output} does not turn; name a slot with a pin of it, such as one along its slide"
+    elif output in links and carrier(output, structure.slides) == FRAME:
+        reason = f"{output} does not turn; name a slot, or a link that turns"
         problems.append(((SECTION, "output"), reason))
     elif output not in ("", *links, *slots):
         reason = f"unknown link or slot {format_value(output)}; {suggestion(str(output), [*links, *slots])}"
