@@ -20,6 +20,33 @@ coupler = 1083.4236
 rocker = 541.7118
 ground = [691.7118, 720]
 """
+#: Two four-bars of a table.
+TABLE = """mechanism = "linkage"
+[linkage]
+driver = "crank"
+[linkage.frame]
+O = [0, 0]
+C = ["g", 0]
+[linkage.links]
+crank = { O = 0, A = "r" }
+coupler = { A = 0, B = "b", P = [40, 20] }
+rocker = { C = 0, B = "c" }
+[linkage.sketch]
+crank_angle = 0
+B = [70, 60]
+[parameters]
+g = 100
+r = [20, 30]
+b = 90
+c = 80
+"""
+#: What may follow it: a path for its point, and an angle at which the linkage lies.
+TARGET = """ground_angle = 10
+[target]
+kind = "path"
+point = "P"
+points = [[40, 40], [50, 60], [20, 70]]
+"""
 
 
 def with_parameter(name, value):

@@ -13,7 +13,7 @@ import pytest
 from command_line import assert_refused, call
 from stopping import interrupt
 from store_files import fill
-from studies import FEW, sweep_text
+from studies import FEW, TABLE, TARGET, sweep_text
 
 import explore
 from explore.figures.reporting import contents, rows
@@ -143,6 +143,17 @@ def test_any_file_name_is_accepted(in_results, name):
     assert len(words) == 3
     assert not words[2].startswith("-")
     assert Path(words[2]).samefile(path)
+
+
+@pytest.mark.parametrize("end", ["", TARGET])
+def test_the_head_of_a_saved_study_says_which_linkage_and_which_target_it_is_of(tmp_path, end):
+    results = sweep_text(tmp_path, TABLE + end, "own")
+    code, _, err = call("report", results.path, "-o", tmp_path / "own.html")
+    assert code == 0, err
+    study = json.loads(re.search(r'id="study">(.*?)</script>', (tmp_path / "own.html").read_text())[1])
+    values = "g = 100\nr = 20\nb = 90\nc = 80\n" + "ground_angle = 10\n" * bool(end)
+    saved = sweep_text(tmp_path, f"{study['head']}\n[parameters]\n{values}", "saved")
+    assert (saved.mechanism, saved.target) == (results.mechanism, results.target)
 
 
 def test_help_has_an_example():

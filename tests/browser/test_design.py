@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
-from studies import sweep_text
+from studies import TABLE, TARGET, sweep_text
 
 import explore
 from browser.chromium import settle, silent_page
@@ -321,6 +321,16 @@ def saved(page, text):
     with page.expect_download() as told:
         page.click(f"#design .files button:text-is('{text}')")
     return told.value.path().read_text()
+
+
+def test_the_chosen_design_of_a_table_with_a_target_is_saved(browser, tmp_path):
+    results = sweep_text(tmp_path, TABLE + TARGET, "own")
+    with silent_page(browser, report_of(results.path), accept_downloads=True) as page:
+        design = page.evaluate("exploreReport.page.model.designs[exploreReport.page.shared.chosen.row]")
+        again = sweep_text(tmp_path, saved(page, "study (TOML)"), "saved")
+    assert (again.mechanism, again.target) == (results.mechanism, results.target)
+    names = ["g", "r", "b", "c", "ground_angle"]
+    assert again.to_pandas()[names].iloc[0].tolist() == results.to_pandas()[names].iloc[design].tolist()
 
 
 def test_the_chosen_design_is_saved(page, frame, tmp_path):

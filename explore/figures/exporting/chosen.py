@@ -20,7 +20,7 @@ from explore.results.store.results import Results
 from explore.results.store.study_units import given_units
 from explore.running.motions import mark_angles, motion_span
 from explore.running.public import simulate
-from explore.studies.config.linkage import Linkage, mechanism_source
+from explore.studies.config.linkage import Linkage, mechanism_entries, mechanism_source
 from explore.studies.config.study import Study
 from explore.studies.config.study_file import parse_study
 from explore.studies.config.toml_text import format_toml
@@ -62,7 +62,7 @@ class DesignOfResults:
         values = {column.name: row[column.name] for column in results.columns if column.role == "parameter"}
         objectives = [text for text in results.objectives if text.partition(":")[0] not in results.given]
         parts: dict[str, object] = {
-            **_mechanism_entries(mechanism_source(results)),
+            **mechanism_entries(mechanism_source(results)),
             **_value_entries(results.points, values),
             **({"target": results.target.to_content()} if results.target else {}),
             **{name: section for name, section in sections.items() if name not in _OF_MANY},
@@ -81,11 +81,6 @@ def _value_entries(points: tuple[str, ...], values: Mapping[str, float]) -> dict
         "parameters": {name: value for name, value in values.items() if name not in of_points},
         "points": {point: dict(zip(COORDINATES, place, strict=True)) for point, place in places.items()},
     }
-
-
-def _mechanism_entries(source: str | Linkage) -> dict[str, object]:
-    """What a study says of its mechanism; of a linkage the side of each joint in words, since a sketch is of others."""
-    return {"mechanism": "linkage", "linkage": source.content} if isinstance(source, Linkage) else {"mechanism": source}
 
 
 @dataclass(frozen=True)

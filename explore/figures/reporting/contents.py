@@ -23,6 +23,8 @@ from explore.results.labels import results_name, unit_text
 from explore.results.ranking.nearest import find_nearest, is_little
 from explore.results.ranking.rankings import Ranking, rank_source
 from explore.results.store.results import Results
+from explore.studies.config.linkage import mechanism_entries, mechanism_source
+from explore.studies.config.toml_text import format_toml
 
 #: Attributes that the page shows elsewhere, or that mean nothing to a reader.
 _HIDDEN_ATTRIBUTES = frozenset(
@@ -134,6 +136,7 @@ def describe_study(results: Results, mechanism: Mechanism | None, ranking: Ranki
         "name": results_name(results),
         "version": __version__,
         "mechanism": results.mechanism,
+        "head": _head(results, mechanism),
         "summary": mechanism.summary if mechanism else "",
         "motion": _describe_motion(results, mechanism) if mechanism else None,
         "defaults": {p.name: p.default for p in parameters if p.default is not None},
@@ -152,6 +155,12 @@ def describe_study(results: Results, mechanism: Mechanism | None, ranking: Ranki
         "facts": [[k, _words(k, v)] for k, v in sorted(results.attributes.items()) if k not in _HIDDEN_ATTRIBUTES],
         "config": results.config,
     }
+
+
+def _head(results: Results, mechanism: Mechanism | None) -> str:
+    """What the study of a design alone says before its parameters: of the mechanism, and its target."""
+    target = {"target": results.target.to_content()} if results.target else {}
+    return format_toml({**mechanism_entries(mechanism_source(results) if mechanism else results.mechanism), **target})
 
 
 def _words(name: str, value: Attribute) -> str:

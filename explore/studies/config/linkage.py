@@ -276,3 +276,8 @@ def mechanism_source(results: Results) -> str | Linkage:
             f"{results.path} is damaged: its study describes {linkage.mechanism.name}, not {results.mechanism}"
         )
     return linkage
+
+
+def mechanism_entries(source: str | Linkage) -> dict[str, object]:
+    """What a study says of its mechanism; of a linkage the side of each joint in words, since a sketch is of others."""
+    return {"mechanism": "linkage", "linkage": source.content} if isinstance(source, Linkage) else {"mechanism": source}

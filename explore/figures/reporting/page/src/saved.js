@@ -43,7 +43,7 @@ export function savedFiles(root, model, chosen) {
 
 /** The text of a study of a design alone, in declared units. */
 export function studyText(model, row) {
-  const lacks = fileOf(model, row).lacks ?? [];
+  const { head, lacks = [] } = fileOf(model, row);
   const own = model.columns.filter(({ name, role, declared }) => role === "parameter" && !lacks.includes(name) && !Number.isNaN(declared[row]));
   const values = new Map(own.map(({ name, declared }) => [name, declared[row]]));
   const points = [...values.keys()].filter((name) => name.endsWith("_along") && values.has(name.replace(/along$/, "across"))).map((name) => name.slice(0, -6));
@@ -51,7 +51,7 @@ export function studyText(model, row) {
   return [
     `# Design ${model.designs[row]} of ${model.study.name}`,
     "",
-    `mechanism = "${model.study.mechanism}"`,
+    head.trimEnd(),
     "",
     "[parameters]",
     ...[...values].filter(([name]) => isPlain(name)).map(([name, value]) => `${name} = ${value}`),
