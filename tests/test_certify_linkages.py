@@ -251,13 +251,14 @@ def test_forces_are_proved():
     assert {verdict for verdict, _ in proofs_of(mechanism, false, metrics, window="cycle")} == {"refuted"}
 
 
-def test_statistics_without_an_enclosure_are_open():
-    metric = "A_force_on_coupler_power_mean_cycle"
-    loads = {"gravity": [0, -9.81], "masses": {"B": 2.0}}
-    linkage = Linkage(FOUR_BAR | {"loads": loads})
-    rows = rows_of(linkage, {"r1": 50.0, "r2": 200.0, "r3": 150.0, "r4": 180.0, "speed": 5.0}, [metric])
-    (proof,) = proofs_of(linkage_mechanism(linkage.table), rows, [metric])
-    assert proof == ("open", f"{metric} cannot be certified: no enclosure is implemented")
+def test_power_means_of_forces_are_proved():
+    """Of a force that is never near 0; a false one is refuted."""
+    metric = "C_force_on_frame_power_mean_cycle"
+    linkage = Linkage(FOUR_BAR | {"loads": {"gravity": [0, -9.81], "masses": {"B": 2.0}}})
+    (row,) = rows_of(linkage, {"r1": 50.0, "r2": 200.0, "r3": 150.0, "r4": 180.0, "speed": 5.0}, [metric])
+    mechanism = linkage_mechanism(linkage.table)
+    proved, (verdict, _) = proofs_of(mechanism, [row, row | {metric: row[metric] * (1.0 + 1e-8)}], [metric])
+    assert (proved, verdict) == (("proved", ""), "refuted")
 
 
 def test_means_of_a_function_with_an_antiderivative():

@@ -12,14 +12,24 @@ from typing import Any
 
 from flint import acb, arb, arb_series
 
+from explore.analysis.certifying.analytic import (
+    NOWHERE,
+    angle,
+    angle_series,
+    choose,
+    divide,
+    maximum,
+    minimum,
+    raised,
+    root,
+    size,
+)
 from explore.analysis.certifying.balls import UnprovedError
 from explore.analysis.certifying.functions import BINARY, UNARY
 from explore.mechanisms.linkages.graph import ANGLE, COSINE, SENSES, SINE, VERSINES, Graph, Number, operands
 
 #: Number of coefficients of power series.
 TERMS = 5
-#: Value where there is none.
-NOWHERE = arb("nan")
 
 _SYMBOLS = {"add": "+", "exact_sum": "+", "sub": "-", "mul": "*", "div": "/"}
 #: Operations that are written otherwise, of balls.
@@ -164,6 +174,8 @@ class Program:
             return f"constant({node[1]!r}, {node[2]!r})"
         if self.is_cut and k in self.branches:
             return _BRANCHES[operation].format(*names, f"b{k}")
+        if operation == "power" and self.graph.levels[k] == ANGLE:
+            return f"raised({', '.join(names)})"
         if operation in forms:
             return forms[operation].format(*names)
         if operation in _SYMBOLS:
@@ -205,74 +217,6 @@ def _tightened(series: Any, about_middle: Any, offset: arb) -> Any:
     return arb_series(terms, TERMS)
 
 
-def _divide(a: Any, b: Any) -> Any:
-    try:
-        return a / b
-    except (ZeroDivisionError, ValueError):  # by a series that holds 0
-        return NOWHERE
-
-
-def _root(number: Any) -> Any:
-    try:
-        return number.sqrt()
-    except (ZeroDivisionError, ValueError):
-        return NOWHERE
-
-
-def _first(number: Any) -> arb:
-    """What the sign of a number is told by."""
-    if isinstance(number, arb_series):
-        return number[0]
-    return number.real if isinstance(number, acb) else number
-
-
-def _size(number: Any) -> Any:
-    """The absolute value, as an analytic function: the number or its opposite."""
-    first = _first(number)
-    if first > 0:
-        return number
-    return -number if first < 0 else abs(number) if isinstance(number, arb) else number * NOWHERE
-
-
-def _maximum(a: Any, b: Any) -> Any:
-    """The larger of two numbers, as an analytic function."""
-    return a.max(b) if isinstance(a, arb) and isinstance(b, arb) else (a + b + _size(a - b)) / 2
-
-
-def _minimum(a: Any, b: Any) -> Any:
-    return -_maximum(-a, -b)
-
-
-def _choose(a: Any, b: Any, sign: Any) -> Any:
-    """The first of two numbers where a sign is positive, the second where it is negative, else both."""
-    if sign > 0:
-        return a
-    return b if sign < 0 else a.union(b)
-
-
-def _angle(y: Any, x: Any) -> Any:
-    """The angle of a vector, 2 arctan(y/(r + x)) with its length r, which is 2 arctan((r - x)/y) too."""
-    square = x * x + y * y
-    if isinstance(square, acb):
-        r = square.sqrt(analytic=True)
-        return 2 * arctangent((r - x) / y if x.real < 0 else y / (r + x))
-    r = square.sqrt()
-    return 2 * ((r - x) / y if x < 0 else y / (r + x)).atan()
-
-
-def _angle_series(y: Any, x: Any) -> Any:
-    try:
-        r = (x * x + y * y).sqrt()
-        return 2 * ((r - x) / y if _first(x) < 0 else y / (r + x)).atan()
-    except (ZeroDivisionError, ValueError):
-        return NOWHERE
-
-
-def arctangent(number: acb) -> acb:
-    """The arctangent, or no finite number on its branch cuts, where 1 + number^2 is real and negative."""
-    return number.atan() if (1 + number * number).sqrt(analytic=True).is_finite() else acb("nan")
-
-
 def _constant(value: float, rest: float) -> arb:
     """A constant with what its value is rounded by, which is rounded itself."""
     return arb(value) + arb(rest) + arb(0, abs(rest) * 2.0**-52) if rest else arb(value)
@@ -287,12 +231,12 @@ def _or_nowhere(function: Callable[..., arb | None]) -> Callable[..., arb]:
 
 
 #: Operations that depend on the angle or not.
-_FUNCTIONS = {"abs": _size, "max": _maximum, "maximum": _maximum, "minimum": _minimum}
+_FUNCTIONS = {"abs": size, "max": maximum, "maximum": maximum, "minimum": minimum}
 #: Names in formulas of operations that do not depend on the angle.
 _FORMULA_NAMES = {"power": "**"} | {name: name for name in ("sin", "cos", "tan", "log", "exp", "atan2", "hypot")}
 #: Functions that written functions call, by their names.
 _NAMES = {
-    **_FUNCTIONS, "choose": _choose, "root": _root, "divide": _divide, "angle": _angle, "angle_series": _angle_series,
-    "tightened": _tightened, "constant": _constant, "nan": math.nan, "inf": math.inf,
+    **_FUNCTIONS, "choose": choose, "raised": raised, "root": root, "divide": divide, "angle": angle,
+    "angle_series": angle_series, "tightened": _tightened, "constant": _constant, "nan": math.nan, "inf": math.inf,
     **{name: _or_nowhere((UNARY | BINARY)[other]) for name, other in _FORMULA_NAMES.items()},
 }  # fmt: skip

@@ -17,7 +17,6 @@ from explore.model.mechanism import Mechanism
 from explore.model.quantities import (
     EXTREME_STATISTICS,
     FLUCTUATION,
-    MOMENT_STATISTICS,
     DerivedMetric,
     Metric,
     SampledMetric,
@@ -77,11 +76,11 @@ class Certificate:
         if metric.statistic in EXTREME_STATISTICS:
             pair = self._motion.low_and_high(metric.signal, metric.window)
             enclosure: Enclosure | None = from_extremes(metric.statistic, *pair)
+        elif metric.statistic == "power_mean":
+            enclosure = Enclosure.of(self._motion.power_mean(metric.signal, metric.window))
         elif metric.statistic == FLUCTUATION:
             square = self._motion.mean_and_square(metric.signal, metric.window, needs_mean=True)[1]
             enclosure = Enclosure(self._motion.fluctuation(metric.signal), square.sqrt() * 2 * arb.pi())
-        elif metric.statistic not in MOMENT_STATISTICS:
-            raise UnprovedError(f"{metric.name} cannot be certified: no enclosure is implemented")
         else:
             needs_mean = metric.statistic != "rms"
             pair = self._motion.mean_and_square(metric.signal, metric.window, needs_mean=needs_mean)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from fractions import Fraction
 from functools import cached_property, reduce
 from typing import cast
 
@@ -193,6 +194,13 @@ class Motion:
                 moments = root, moments[0]
             self._moments[key] = moments
         return self._moments[key]
+
+    def power_mean(self, signal: Signal, window: Window) -> arb:
+        """The mean of power 10/3 of a magnitude over a window, to the power 3/10; of its square, the power is 5/3."""
+        quantity = self.quantity(signal)
+        square, graph = quantity.number, quantity.number.graph
+        mean, _ = self._means(quantity, window, square.call("power", graph.constant(Fraction(5, 3))))
+        return mean ** (arb(3) / 10)
 
     def fluctuation(self, signal: Signal) -> arb:
         """The range over the turn of the integral of a signal less its mean."""
