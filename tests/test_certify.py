@@ -371,7 +371,7 @@ def test_windows_are_strokes(window, drive, forth, start):
     [
         ("atan2", (0, 0), None), ("atan2", (2, 0), 90), ("atan2", (-2, 0), -90), ("atan2", (0, 2), 0),
         ("sqrt", (0,), 0), ("sqrt", (4,), 2), ("sqrt", (-4,), None), ("log", (1,), 0), ("log", (-1,), None),
-        ("**", (0, 2), 0), ("**", (2, 3), 8), ("/", (1, 2), 0.5), ("hypot", (3, 4), 5),
+        ("**", (0, 2), 0), ("**", (2, 3), 8), ("/", (1, 2), 0.5), ("hypot", (3, 4), 5), ("tan", (45,), 1),
     ],
 )  # fmt: skip
 def test_functions_of_formulas_at_their_edges(name, numbers, value):

@@ -14,6 +14,7 @@ from linkage_cases import (
     BOOM_LENGTHS,
     CASES,
     DRIVEN_SLIDER,
+    FOUR_BAR,
     dense,
     evaluate_graph,
     linkage_of,
@@ -335,6 +336,18 @@ def test_a_spring_on_a_link_that_turns_fully_has_no_number():
     linkage = with_loads(case, {"springs": {"coil": spring | {"between": turning}}})
     row = explore.evaluate(linkage, values_of(case), metrics=["drive_torque_max"], window="cycle").iloc[0]
     assert row["status"] == Status.NOT_FINITE
+
+
+def test_a_spring_of_no_length_acts_where_its_points_meet():
+    """The crank's pin is at H at the crank angle 0; the energy k r^2 (1 - cos) has the slope k r^2 sin."""
+    frame, spring = FOUR_BAR["frame"] | {"H": ["r1", 0]}, {"between": ["H", "A"], "rate": 400, "rest": 0}
+    linkage = Linkage(FOUR_BAR | {"frame": frame, "loads": {"springs": {"coil": spring}}})
+    lengths = {"r1": 50.0, "r2": 200.0, "r3": 150.0, "r4": 180.0}
+    motion = explore.simulate(linkage, lengths, angles=[0.0, 30.0, 90.0])
+    assert motion["drive_torque"].to_numpy() == pytest.approx([0.0, 0.5, 1.0], abs=1e-15)
+    row = explore.evaluate(linkage, lengths, metrics=["drive_torque_rms"], window="cycle").iloc[0]
+    assert row["status"] == Status.OK
+    assert row["drive_torque_rms"] == pytest.approx(math.sqrt(0.5), rel=1e-14)
 
 
 def test_the_content_of_loads_describes_them():

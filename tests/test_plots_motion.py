@@ -33,6 +33,15 @@ def limits_of(design, window, drive="slow"):
     return window_limits(CRANK_ROCKER, {name: np.array([value]) for name, value in design.items()}, window, drive)
 
 
+@pytest.mark.parametrize("anchor", [0.0, 90.0, 190.0, 275.0])
+def test_curves_are_drawn_most_densely_at_the_anchor_and_its_opposite(anchor):
+    """At most half a degree between angles, and down to rounding at both."""
+    angles = TURN.densely(anchor)
+    assert np.diff(angles).max() <= 0.5
+    for centre in (anchor % 360.0, (anchor + 180.0) % 360.0):
+        assert np.abs(angles - centre).min() < 1e-9
+
+
 @pytest.mark.parametrize("design", DESIGNS)
 def test_strokes_end_where_the_rocker_turns_back(design):
     start, stop = limits_of(design, "overlapped_to_extended")

@@ -8,7 +8,7 @@ unknowns of the loops.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from enum import Flag, IntEnum, auto
+from enum import Flag, IntEnum, auto, unique
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -48,6 +48,7 @@ class Capability(Flag):
     TWO_ANGLES = auto()
 
 
+@unique
 class Outcome(IntEnum):
     """Result for one design as reported by the method."""
 
