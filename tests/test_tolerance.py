@@ -379,3 +379,26 @@ def test_a_number_alone_is_of_all_lengths(folder):
     code, out, _ = call(*options[:-1], "--tolerance", "0.1")
     assert code == 0
     assert "first derivatives, in the unit of the metric per mm" in out
+
+
+def test_the_clearance_of_a_pin_is_two_parameters_of_a_table(tmp_path):
+    """As docs/tolerance.md writes it; of a swing, that along the coupler is as its length to first order."""
+    links = {"crank": {"O": 0, "A": "r"}, "coupler": {"A": 0, "B": ["b + play_along", "play_across"]}}
+    table = {
+        "driver": "crank", "output": "rocker", "frame": {"O": [0, 0], "C": ["ground", 0]},
+        "links": links | {"rocker": {"C": 0, "B": "c"}}, "branch": {"B": "left of A C"},
+    }  # fmt: skip
+    values = {"r": 20.0, "b": 52.0, "c": 50.0, "ground": 41.0, "play_along": 0.0, "play_across": 0.0}
+    study = explore.Study(
+        mechanism=explore.Linkage(table), metrics=["swing_angle"], window="cycle",
+        parameters=values,
+    )  # fmt: skip
+    explore.sweep(study, tmp_path / "play.h5")
+    tolerances = {"b": 0.05, "play_along": 0.02, "play_across": 0.02}
+    found = explore.tolerance(tmp_path / "play.h5", tolerances, 0, draws=4096)
+    slopes = found.by_dimension(0, "derivative")["swing_angle"]
+    assert slopes["play_along"] == pytest.approx(slopes["b"], rel=1e-9)
+    assert slopes["play_across"] == pytest.approx(0.0, abs=1e-9)
+    shortest = values | {"b": 51.95, "play_along": -0.02}
+    worst = explore.evaluate(explore.Linkage(table), shortest, metrics=["swing_angle"], window="cycle")
+    assert found.metrics.loc[(0, "swing_angle"), "low"] == pytest.approx(worst["swing_angle"].iloc[0], rel=1e-7)
