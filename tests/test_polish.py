@@ -126,6 +126,30 @@ def test_undefined_neighbours_end_nothing():
     assert polish(half, np.array([0.49999999]))[0] == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_curved_border_of_what_is_defined_is_followed():
+    def inside(positions):
+        values = -positions @ (1.0, 2.0)
+        return np.where((positions**2).sum(axis=1) < 0.81, values, np.nan), np.zeros((len(positions), 0))
+
+    # Each search follows the border's tangent, and has left it by the square of its step.
+    assert inside(polish(inside, np.array([0.3, 0.3]))[None])[0][0] == pytest.approx(-0.9 * math.sqrt(5.0), rel=1e-3)
+
+
+def test_a_design_whose_crank_hardly_turns_is_not_the_end(tmp_path):
+    """Transmission angles grow to where crank and ground are as long as coupler and rocker: no neighbour is better."""
+    metrics = '"transmission_angle_min"]\n[rank]\nmetrics = ["transmission_angle_min:max"]\n'
+    text = published_box(512).partition('"mean_output_ratio"')[0] + metrics
+    results = sweep_text(tmp_path, text)
+    polished = explore.polish(results).iloc[0]
+    names, rng = ["crank", "coupler", "rocker", "ground"], np.random.default_rng(1)
+    lengths = polished[names].to_numpy(dtype=float)
+    near = lengths + rng.normal(size=(2000, 4)) * 10.0 ** rng.uniform(-4, 0, (2000, 1))
+    near = np.clip(near, [50, 50, 50, 50], [50, 1000, 500, 1000])
+    others = explore.evaluate("crank-rocker", dict(zip(names, near.T, strict=True)), metrics=["transmission_angle_min"])
+    best = others.loc[others["feasible"], "transmission_angle_min"].max()
+    assert polished["transmission_angle_min"] >= best * (1.0 - 1e-6)
+
+
 def test_the_start_is_kept_where_nothing_is_better():
     start = np.array([0.3, 0.6])
     assert quadratic(polish(quadratic, start)[None])[0][0] <= quadratic(start[None])[0][0]

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from explore.model.quantities import FloatArray
 
@@ -15,6 +16,10 @@ _STEP = 1e-7
 _JUMP = 2.0
 #: Value in place of an undefined one.
 _UNDEFINED = 1e3
+#: Distance up to which a border, beyond which designs have no motion, is beside a position.
+_BESIDE = 1e-4
+#: Number of halvings of that distance, which is then exact to its rounding.
+_HALVINGS = 50
 #: Distances inside the constraints that the search keeps, of a step of 1: more if less ends outside by rounding.
 _INSIDE = (1e-10, 1e-8, 1e-6)
 #: Largest number of searches, each from where the one before ended.
@@ -49,6 +54,9 @@ class _Local:
         self._move(position)
         self._scale = max(abs(self.value), float(np.abs(self.slope).max()), np.finfo(float).tiny)
         self._margin_scales = np.maximum(np.abs(self.margin_slopes).max(axis=1), np.finfo(float).tiny)
+        normal = _border_normal(evaluate, position)
+        size = max(float(np.abs(normal).max()), 1.0)
+        self._start, self._normal, self._distance = position, normal / size, 1.0 / size
 
     def value_at(self, position: FloatArray) -> float:
         self._move(position)
@@ -59,12 +67,15 @@ class _Local:
         return np.asarray(np.nan_to_num(self.slope / self._scale))
 
     def margins_at(self, position: FloatArray) -> FloatArray:
+        """The margins, scaled, and the distance from a border that was beside the start, less what the search keeps."""
         self._move(position)
-        return np.asarray(np.nan_to_num(self.margins / self._margin_scales - self._inside, nan=-1.0))
+        margins = np.nan_to_num(self.margins / self._margin_scales, nan=-1.0)
+        return np.append(margins, self._distance - self._normal @ (position - self._start)) - self._inside
 
     def margin_slopes_at(self, position: FloatArray) -> FloatArray:
         self._move(position)
-        return np.asarray(np.nan_to_num(self.margin_slopes / self._margin_scales[:, None]))
+        slopes = np.nan_to_num(self.margin_slopes / self._margin_scales[:, None])
+        return np.vstack([slopes, -self._normal])
 
     def _move(self, position: FloatArray) -> None:
         """Evaluate a position and its neighbours, unless they were evaluated last."""
@@ -86,6 +97,30 @@ class _Local:
         if len(feasible):
             row = feasible[values[feasible].argmin()]
             self.best, self._least = positions[row], float(values[row])
+
+
+def _border_normal(evaluate: Evaluate, position: FloatArray) -> FloatArray:
+    """Normal n of a border beside a position, (d,): steps to positions with values have n · step < 1; 0 without one.
+
+    It follows from the distances of the border in both directions of each coordinate.
+    """
+    d = len(position)
+    directions = np.concatenate([np.eye(d), -np.eye(d)])
+
+    def exists(distances: FloatArray) -> npt.NDArray[np.bool_]:
+        values, margins = evaluate(np.clip(position + distances[:, None] * directions, 0.0, 1.0))
+        return np.asarray(np.isfinite(values) & np.isfinite(margins).all(axis=1))
+
+    inside, outside = np.zeros(2 * d), np.full(2 * d, _BESIDE)
+    has_border = ~exists(outside)
+    if not has_border.any():
+        return np.zeros(d)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (inside + outside)
+        is_inside = exists(middle)
+        inside, outside = np.where(is_inside, middle, inside), np.where(is_inside, outside, middle)
+    normal = np.where(has_border, 1.0 / outside, 0.0)
+    return np.asarray(normal[:d] - normal[d:])
 
 
 def _slopes(values: FloatArray, above: FloatArray, below: FloatArray) -> FloatArray:
@@ -112,7 +147,7 @@ def _search(local: _Local, start: FloatArray) -> None:
     arguments: dict[str, Any] = {
         "jac": local.slope_at,
         "bounds": [(0.0, 1.0)] * len(start),
-        "constraints": [constraint] if len(local.margins) else [],
+        "constraints": [constraint],
         "options": {"ftol": 1e-15, "maxiter": 300},
     }
     minimize(local.value_at, start, method="SLSQP", **arguments)
