@@ -64,6 +64,18 @@ def test_a_dimension_has_the_name_of_a_length_that_it_measures_only(drawn):
     assert named == pytest.approx({"crank": 25.0, "rocker": 70.0, "r 2": 50.0, "arm": 40.0, "tie": 105.0}, abs=1e-9)
 
 
+def test_a_linkage_without_a_drawing_says_why(tmp_path):
+    (tmp_path / "press.toml").write_text(TABLE.replace("O = [30, 20]", 'O = ["hypot(r, 10)", 20]'))
+    linkage = explore.load_linkage(tmp_path / "press.toml")
+    with pytest.raises(explore.RequestError, match="this linkage has no drawing: a point of its frame is no sum of"):
+        explore.export(linkage, tmp_path / "press.dxf", parameters=DESIGN)
+
+
+def test_a_linkage_has_the_points_of_its_table(press):
+    with pytest.raises(explore.RequestError, match="the points of this linkage are those of its table"):
+        explore.simulate(press, DESIGN, points={"Q": (1, 2)})
+
+
 def test_joints_about_pivots_and_sliders_are_drawn_as_circles_arcs_and_lines(press, drawn):
     paths = drawn.query('*[layer=="paths"]')
     (circle,) = paths.query("CIRCLE")

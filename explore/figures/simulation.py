@@ -13,6 +13,7 @@ from explore.base.errors import RequestError
 from explore.base.units.shown import ShownUnits
 from explore.figures.charts.bounds import SignalBound, drive_of, interval_of, signal_bounds, uses_drive_stroke
 from explore.figures.charts.turn import TURN, Span
+from explore.mechanisms.linkages.table import LinkageTable
 from explore.model.drawing import PLACE, Drawing, Panel, Pose
 from explore.model.mechanism import Mechanism
 from explore.model.output_slider import TRAVEL, TRAVEL_PANEL, TRAVEL_SIGNAL, OutputSlider
@@ -131,9 +132,11 @@ class SimulatedDesign:
 def drawing_of(simulated: SimulatedDesign) -> Drawing:
     """The drawing of a design; `RequestError` if its mechanism declares none."""
     if simulated.drawing is None:
-        raise RequestError(
-            f"the mechanism '{simulated.mechanism.name}' declares no drawing; draw or export its motion instead"
-        )
+        mechanism = simulated.mechanism
+        reason = f"the mechanism '{mechanism.name}' declares no drawing"
+        if isinstance(mechanism.table, LinkageTable):
+            reason = f"{mechanism.in_words} has no drawing: a point of its frame is no sum of parameters times numbers"
+        raise RequestError(f"{reason}; draw or export its motion instead")
     return simulated.drawing
 
 

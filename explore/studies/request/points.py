@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from explore.base.errors import RequestError
 from explore.base.suggest import format_value
+from explore.mechanisms.linkages.table import LinkageTable
 from explore.model.mechanism import Mechanism
 from explore.model.points import MOST_POINTS, point_parameters, point_signals
 from explore.studies.request.user_names import reason_against_name
@@ -24,6 +25,8 @@ def add_points(mechanism: Mechanism, points: Sequence[str]) -> Mechanism:
 def reason_against_points(mechanism: Mechanism, count: int) -> str:
     """Why a mechanism cannot have so many points; empty if it can."""
     if count and mechanism.floating_link is None:
+        if isinstance(mechanism.table, LinkageTable):
+            return "the points of this linkage are those of its table; leave others out"
         return f"{mechanism.in_words} has no floating link, so it has no points to name; leave them out"
     return f"{count} points are named; at most {MOST_POINTS} are possible" if count > MOST_POINTS else ""
 
