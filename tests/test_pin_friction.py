@@ -159,11 +159,22 @@ def test_friction_at_more_pins_than_are_possible_is_refused():
 
 
 def test_links_of_one_triangle_have_no_friction():
-    """Bars b, d and e of Jansen's leg are a triangle: the sense of their motion is rounding."""
+    """Bars g, h and i of Jansen's leg are a triangle: the sense of their motion is rounding."""
     jansen, _ = TABLES["jansen"]
-    loads = {"masses": {"T": 1}, "friction": {"W": {"coefficient": 0.1, "radius": 3}}}
-    with pytest.raises(ConfigError, match=r"friction.W: bar_b does not turn against bar_e, as both are of one rigid"):
+    loads = {"masses": {"T": 1}, "friction": {"T": {"coefficient": 0.1, "radius": 3}}}
+    with pytest.raises(ConfigError, match=r"friction.T: bar_h does not turn against bar_i, as both are of one rigid"):
         Linkage(jansen.content | {"loads": loads})
+
+
+def test_links_that_turn_on_a_pin_of_a_triangle_have_friction():
+    """Bar f of Jansen's leg turns on S, where bars g and h of a triangle meet."""
+    jansen, lengths = TABLES["jansen"]
+    loads = {"masses": {"T": 1.0}, "friction": {"S": {"coefficient": 0.1, "radius": 3}}}
+    linkage = Linkage(jansen.content | {"loads": loads})
+    motion = explore.simulate(linkage, lengths | {"speed": 3.0}, angles=[70.0]).iloc[0]
+    moment = 0.1 * 3e-3 * motion["S_force_on_bar_f"]
+    assert motion["friction_power"] == pytest.approx(moment * abs(motion["S_turning_of_bar_f"]), rel=1e-12)
+    assert "S_turning_of_bar_g" not in motion
 
 
 def test_pins_that_nothing_turns_on_have_no_friction():

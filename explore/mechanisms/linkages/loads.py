@@ -14,17 +14,17 @@ from __future__ import annotations
 import copy
 from collections import defaultdict
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 
 from explore.base.units.quantities import unit_factor
+from explore.mechanisms.linkages.bearings import Bearing, rigid_parts
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate
 from explore.mechanisms.linkages.curves import place_of_curve, value_of_curve
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import read_expression
 from explore.mechanisms.linkages.graph import SENSES, Number, Series
 from explore.mechanisms.linkages.load_table import Element, Loads, Mass
-from explore.mechanisms.linkages.table import FRAME
 from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minus
 
 #: Units of amounts that are not negative, and that 0 leaves out.
@@ -37,35 +37,6 @@ Joint = str | tuple[str, str]
 _METERS = Fraction(1, 1000)
 #: Radians in a degree.
 _RADIANS = unit_factor("deg", "rad")
-
-
-@dataclass(frozen=True)
-class Bearing:
-    """A pin with friction in a link that turns on it.
-
-    Attributes
-    ----------
-    pin, link, holder
-        The pin, the link, and the body that the pin is fast in.
-    arm
-        Coefficient of friction times radius, mm.
-    rate
-        Rate of the link's angle against the holder's.
-    sense
-        Its sense.
-    """
-
-    pin: str
-    link: str
-    holder: str
-    arm: Number
-    rate: Number
-    sense: Number
-
-    @property
-    def turning(self) -> str:
-        """The signal of the rate."""
-        return f"{self.link}_velocity" if self.holder == FRAME else f"{self.pin}_turning_of_{self.link}"
 
 
 class Loading:
@@ -211,9 +182,11 @@ class Loading:
             self._add_along_slot(element)
 
     def _add_bearings(self, element: Element) -> None:
+        """A bearing for each link that turns on the pin."""
         *links, holder = element.ends
+        parts = rigid_parts(self._equations.table, self._equations.steps)
         arm = _not_negative(self._read(element.size)) * _not_negative(self._read(element.rest or ZERO))
-        for link in links:
+        for link in (each for each in links if parts[each] != parts[holder]):
             rate = self._equations.turning_of(link)[0] - self._equations.turning_of(holder)[0]
             bearing = Bearing(element.name, link, holder, arm, rate, self._one)
             bearing = replace(bearing, sense=self._sense_of(bearing.turning, rate))

@@ -3,8 +3,9 @@
 from collections.abc import Iterable
 
 from explore.base.errors import KeyPath, Problems
+from explore.mechanisms.linkages.bearings import rigid_parts
 from explore.mechanisms.linkages.load_table import Element
-from explore.mechanisms.linkages.steps import Circle, DriveOnLines, JoinPoint, Step
+from explore.mechanisms.linkages.steps import DriveOnLines, JoinPoint, Step
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slot
 from explore.model.quadrature import MOST_SENSES
 from explore.studies.linkages.structure import SECTION, Structure
@@ -45,21 +46,11 @@ def note_rough_joints(table: LinkageTable, steps: Iterable[Step], problems: Prob
 
 
 def note_rigid_pins(table: LinkageTable, steps: Iterable[Step], problems: Problems) -> None:
-    """Note pins with friction of links that two others hold in a triangle: they do not turn against these."""
-    parts, driven = {body.name: body.name for body in table.bodies}, table.driven_slot
-    for step in steps:
-        match step:
-            case JoinPoint(point, Circle() as first, Circle() as second) if not driven or point != driven.pin:
-                at_first, at_second = (
-                    {parts[body.name] for body in table.bodies_at(circle.centre)} for circle in (first, second)
-                )
-                for shared in at_first & at_second:
-                    joined = parts[first.link], parts[second.link]
-                    parts = {body: shared if part in joined else part for body, part in parts.items()}
-    for element in table.loads.elements if table.loads else ():
-        if element.kind == "pin_friction":
-            *links, holder = element.ends
-            rigid = [link for link in links if parts[link] == parts[holder]]
-            if rigid:
-                reason = f"{rigid[0]} does not turn against {holder}, as both are of one rigid part; leave it out"
-                problems.append(((SECTION, "loads", "friction", element.name), reason))
+    """Note pins with friction on which no link turns."""
+    elements = [each for each in (table.loads.elements if table.loads else ()) if each.kind == "pin_friction"]
+    parts = rigid_parts(table, steps) if elements else {}
+    for element in elements:
+        *links, holder = element.ends
+        if all(parts[link] == parts[holder] for link in links):
+            reason = f"{links[0]} does not turn against {holder}, as both are of one rigid part; leave it out"
+            problems.append(((SECTION, "loads", "friction", element.name), reason))
