@@ -33,6 +33,7 @@ WATT = {
     "r1": (20, 28), "r2": (85, 95), "r3": (65, 75), "r4": (98, 102), "bx": (45, 55), "by": (-35, -25),
     "r5": (85, 95), "r6": (75, 80), "fx": (190, 200),
 }  # fmt: skip
+PINNED = {"r": (20, 40), "l": (100, 150), "e": (0, 10), "speed": (10, 30)}
 SHAPER = {"height": (100, 140), "r": (30, 60), "l": (255, 265), "k": (78, 82), "rise": (130, 160), "speed": (1, 5)}
 RATES = ("coupler_velocity", "rocker_velocity", "coupler_acceleration", "rocker_acceleration")
 
@@ -56,6 +57,12 @@ def shaper():
     """A crank shaper whose ram and block rub and cut."""
     loads = {"opposing": {"ram": 300.0}, "friction": {"block": 0.1}, "masses": {"S": 2.0}, "gravity": [0, -9.81]}
     return explore.Linkage(classic("crank-shaper").content | {"loads": loads})
+
+
+def rough_pins():
+    """A table of a slider-crank whose three pins rub, with a mass on the slider."""
+    pins = {name: {"coefficient": 0.1, "radius": 6} for name in "OAB"}
+    return explore.Linkage(classic("slider-crank").content | {"loads": {"masses": {"B": 2.0}, "friction": pins}})
 
 
 #: Title, mechanism, ranges of parameters, question, and the peers' question.
@@ -85,6 +92,7 @@ ALONE = (
     ("positive work, inertia", "crank-rocker", LOADED, {"metrics": ["positive_work"]}),
     ("torque rms, friction", "slider-crank", FRICTION, {"metrics": ["drive_torque_rms"]}),
     ("table, torque rms, friction", shaper, SHAPER, {"metrics": ["drive_torque_rms"]}),
+    ("table, torque rms, rough pins", rough_pins, PINNED, {"metrics": ["drive_torque_rms"]}),
     ("default columns, friction", "variable-crank", GROOVE, {}),
     ("perimeter", "gears", GEARS, {"metrics": ["perimeter"]}),
     ("1 point, velocity peak", "crank-rocker", COUPLER, {"metrics": ["P_velocity_max"], "points": ["P"]}),
@@ -123,7 +131,7 @@ def compare(title, mechanism, ranges, question, peer):
     values, nodes = jobs.pop("explore")()
     own = f"{seconds['explore'] / DESIGNS * 1e9:6,.0f} ns, {nodes:.1f} nodes, error {peer.error(values, exact):.0e}"
     others = ", ".join(f"{name} {seconds[name] / seconds['explore']:.2f} x" for name in jobs)
-    print(f"{title:26}{own}; {count} nodes: {others}")
+    print(f"{title:30}{own}; {count} nodes: {others}")
 
 
 def measure(title, request, designs):
@@ -134,7 +142,7 @@ def measure(title, request, designs):
     moves = columns["nodes"] > 0
     met = np.mean(columns["error"][moves] <= request.tolerance) if moves.any() else 1.0
     nodes = columns["nodes"][moves].mean() if moves.any() else 0.0
-    print(f"{title:26}{count / statistics.median(times):12,.0f} designs/s{nodes:9.1f} nodes; met {met:.4f}")
+    print(f"{title:30}{count / statistics.median(times):12,.0f} designs/s{nodes:9.1f} nodes; met {met:.4f}")
 
 
 def measure_solving(title, name, metric, value):
@@ -142,7 +150,7 @@ def measure_solving(title, name, metric, value):
     designs = {each: column for each, column in drawn(FOUR_BAR).items() if each != name}
     solved = SolvedLength(name, make_request(find_mechanism("crank-rocker"), metrics=[metric]), value)
     (times,) = cpu_times({title: lambda: solve(solved, designs)}, 3).values()
-    print(f"{title:26}{DESIGNS / statistics.median(times):12,.0f} designs/s")
+    print(f"{title:30}{DESIGNS / statistics.median(times):12,.0f} designs/s")
 
 
 def main() -> None:

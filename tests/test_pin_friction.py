@@ -205,3 +205,17 @@ def test_a_pin_of_two_slots_has_no_friction():
     slots = {name: {"pin": "B", "link": "frame", "along": line} for name, line in lines.items()}
     with pytest.raises(ConfigError, match=r"friction.B: B joins blocks and other bodies; only its slots can have"):
         Linkage(FOUR_BAR | {"slots": slots, "loads": {"masses": {"B": 1}, "friction": {"B": PIN}}})
+
+
+def test_a_pin_that_runs_in_a_slot_of_a_link_has_corners_of_its_own():
+    """The block turns with the rod on a pin of the frame; a force through 0 is a corner, where panels end."""
+    linkage, values = TABLES["oscillating-cylinder"]
+    loads = {"masses": {"B": 1.0}, "forces": {"B": [-20, 5]}, "friction": {"C": {"coefficient": 0.1, "radius": 3}}}
+    linkage = Linkage(linkage.content | {"loads": loads})
+    metrics = ["drive_torque_rms", "friction_power_mean"]
+    rows = [
+        explore.evaluate(linkage, values | {"speed": 3.0}, metrics=metrics, window="cycle", tolerance=tolerance).iloc[0]
+        for tolerance in (1e-6, 1e-12)
+    ]
+    assert [row["status"] for row in rows] == [Status.OK] * 2
+    assert rows[0][metrics].to_numpy() == pytest.approx(rows[1][metrics].to_numpy(), rel=rows[0]["error"])

@@ -18,6 +18,8 @@ class Bearing:
     ----------
     pin, link, holder
         The pin, the link, and the body that the pin is fast in.
+    body
+        The link, or where it has a slot for the pin the holder: the body whose force from the pin is known.
     arm
         Coefficient of friction times radius, mm.
     rate
@@ -29,6 +31,7 @@ class Bearing:
     pin: str
     link: str
     holder: str
+    body: str
     arm: Number
     rate: Number
     sense: Number

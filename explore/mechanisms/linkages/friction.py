@@ -64,9 +64,8 @@ def _forces(reactions: Reactions, loading: Loading, joints: Sequence[Joint]) -> 
         if isinstance(joint, str):
             result.append((reactions.across[joint],))
         else:
-            pin, link = joint
-            has_pin = joint in reactions.on_bodies  # else a slot of the link does
-            result.append(reactions.on_bodies[pin, link if has_pin else loading.bearings[joint].holder])
+            bearing = loading.bearings[joint]
+            result.append(reactions.on_bodies[bearing.pin, bearing.body])
     return result
 
 

@@ -114,6 +114,8 @@ def _quantity(
     whats = ("normal_force",) if loading.bearings else ("lock_ratio", "normal_force")
     rough = [f"{slot}_{what}" for slot in loading.loads.rough_slots for what in whats]
     rough += [_PIN_RATIO] if loading.bearings else []
+    # A force that passes through 0 has a corner in its size, such as that along a link without a mass.
+    rough += [f"{each.pin}_force_on_{each.body}_x" for each in loading.bearings.values()]
     corners_at = (*corners_at, *loading.senses, *map(place_signal, loading.loads.curves), *rough)
     signal = Signal(
         name, unit, long_name, -1, 1, speed_power=speed_power, pole_order=_POLE_ORDER, depends_on_load=True,

@@ -188,7 +188,8 @@ class Loading:
         arm = _not_negative(self._read(element.size)) * _not_negative(self._read(element.rest or ZERO))
         for link in (each for each in links if parts[each] != parts[holder]):
             rate = self._equations.turning_of(link)[0] - self._equations.turning_of(holder)[0]
-            bearing = Bearing(element.name, link, holder, arm, rate, self._one)
+            body = link if element.name in self._equations.table.body_of[link].place_of else holder
+            bearing = Bearing(element.name, link, holder, body, arm, rate, self._one)
             bearing = replace(bearing, sense=self._sense_of(bearing.turning, rate))
             self.bearings[element.name, link] = bearing
 

@@ -82,10 +82,9 @@ def eliminate(matrix, right):
         if not pivot > 1e-140:
             return 0.0
         smallest, largest = min(smallest, pivot), max(largest, pivot)
-        if best != k:
-            for column in range(k, n):
-                matrix[k, column], matrix[best, column] = matrix[best, column], matrix[k, column]
-            right[k], right[best] = right[best], right[k]
+        for column in range(k, n):
+            matrix[k, column], matrix[best, column] = matrix[best, column], matrix[k, column]
+        right[k], right[best] = right[best], right[k]
         value = matrix[k, k]
         inverse = value.conjugate() * (1.0 / (value.real * value.real + value.imag * value.imag))
         matrix[k, k] = inverse
