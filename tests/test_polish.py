@@ -135,6 +135,37 @@ def test_a_curved_border_of_what_is_defined_is_followed():
     assert inside(polish(inside, np.array([0.3, 0.3]))[None])[0][0] == pytest.approx(-0.9 * math.sqrt(5.0), rel=1e-3)
 
 
+LOCKING = """\
+mechanism = "slider-crank"
+[parameters]
+crank = { min = 20, max = 60 }
+rod = { min = 60, max = 400 }
+offset = { min = -20, max = 20 }
+opposing_force = [20, 40]
+friction = 0.2
+[sampling]
+method = "sobol"
+count = 64
+[evaluate]
+metrics = ["stroke", "drive_torque_peak"]
+[constraints]
+drive_torque_peak = { max = 3 }
+[rank]
+metrics = ["stroke:max"]
+"""
+
+
+def test_a_search_that_steps_to_where_friction_locks_comes_back(tmp_path):
+    """With the longest crank and the largest offset, and a rod whose angle has the tangent 1 / 0.2 at the return."""
+    rod = (60.0 + 20.0) * math.hypot(1.0, 0.2)
+    longest = math.sqrt((rod + 60.0) ** 2 - 400.0) - math.sqrt((rod - 60.0) ** 2 - 400.0)
+    results = sweep_text(tmp_path, LOCKING)
+    frame = results.to_pandas()
+    polished = explore.polish(results, list(frame.index[frame["feasible"] == 1][:5]))
+    # The search stays 1e-10 of a step inside, where the stroke rises steeply towards the border.
+    assert polished["stroke"].to_numpy() == pytest.approx(longest, rel=1e-6)
+
+
 def test_a_design_whose_crank_hardly_turns_is_not_the_end(tmp_path):
     """Transmission angles grow to where crank and ground are as long as coupler and rocker: no neighbour is better."""
     metrics = '"transmission_angle_min"]\n[rank]\nmetrics = ["transmission_angle_min:max"]\n'
