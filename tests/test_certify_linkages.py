@@ -30,6 +30,7 @@ from explore.analysis.certifying.certification import certify_designs
 from explore.analysis.certifying.designs import Design
 from explore.analysis.certifying.means import arc_means, turn_means
 from explore.mechanisms.linkages.declaration import linkage_mechanism
+from explore.mechanisms.linkages.metrics import REACH_NAMES
 from explore.mechanisms.linkages.statuses import (
     CANNOT_ASSEMBLE,
     STROKES_NOT_DECIDED,
@@ -165,6 +166,20 @@ def test_designs_that_do_not_turn_are_proved(name):
     turning = [row | {"status": float(Status.OK), "error": 0.0, "feasible": 1.0} for row in blocked]
     others = [verdict for verdict, _ in proofs_of(mechanism, turning, metrics, window="cycle")]
     assert others == ["refuted" if verdict == "proved" else "open" for verdict in verdicts]
+
+
+@pytest.mark.parametrize("name", ["crank-shaper", "whitworth", "toggle-press"])
+def test_crank_angles_at_which_blocked_designs_assemble_are_proved(name):
+    """Of one interval, of two, and of none; an end that is off by 1e-7 deg is refuted, and another number."""
+    metrics = list(REACH_NAMES)
+    rows = rows_of(linkage_of(CASES[name]), scattered(CASES[name], 40, np.random.default_rng(1), 0.9), metrics)
+    blocked = [row for row in rows if row["status"] >= blocked_at(0)][:5]
+    assert len(blocked) == 5
+    mechanism = linkage_mechanism(linkage_of(CASES[name]).table)
+    assert proofs_of(mechanism, blocked, metrics) == [("proved", "")] * 5
+    false = [row | {"assembles_to_1": row["assembles_to_1"] + 1e-7} for row in blocked]
+    false += [row | {"assembly_intervals": row["assembly_intervals"] + 1.0} for row in blocked]
+    assert [verdict for verdict, _ in proofs_of(mechanism, false, metrics)] == ["refuted"] * 10
 
 
 def test_a_four_bar_has_the_verdicts_of_the_crank_rocker():

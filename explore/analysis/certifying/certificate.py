@@ -1,6 +1,5 @@
 """Certificates of linkages: enclosures of the metrics of one design, from the graph of their table."""
 
-import math
 from collections.abc import Mapping
 from functools import reduce
 
@@ -120,11 +119,11 @@ class Certificate:
         return self._follow(metric.name)
 
     def _reach(self, name: str) -> Enclosure | None:
-        """The intervals at which a linkage assembles, which are told of one that turns."""
-        if self.status != Status.OK and not self._mechanism.statuses[self.status].lacks_strokes:
-            raise UnprovedError(f"{name} of designs that do not turn cannot be certified: no enclosure is implemented")
-        told = dict(zip(REACH_NAMES, (1, 0, 360), strict=False))
-        return Enclosure(arb(told[name]), arb(max(told[name], 180 / math.pi))) if name in told else None
+        """The number of intervals at which a linkage assembles, or an end of one, deg."""
+        reaches = self._motion.reaches
+        ends = [end * 180 / arb.pi() for interval in reaches for end in interval]
+        told = dict(zip(REACH_NAMES, [arb(len(reaches)), *ends], strict=False))
+        return Enclosure(told[name], told[name].max(180 / arb.pi())) if name in told else None
 
     def _extremes_of(self, name: str) -> tuple[arb, arb]:
         """Least and greatest value over the whole motion of a signal that does not depend on the speed, in its unit."""

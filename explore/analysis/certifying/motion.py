@@ -19,7 +19,7 @@ from explore.analysis.certifying.turning import Turning
 from explore.mechanisms.linkages.declared import table_of
 from explore.mechanisms.linkages.graph import Number
 from explore.mechanisms.linkages.quantity import Quantity
-from explore.mechanisms.linkages.statuses import NO_STROKES
+from explore.mechanisms.linkages.statuses import CANNOT_ASSEMBLE, NO_STROKES, blocked_at
 from explore.mechanisms.linkages.table import LinkageTable
 from explore.mechanisms.linkages.trace import REFERENCE
 from explore.model.exact import ExactDesign
@@ -70,6 +70,17 @@ class Motion:
         own = self._mechanism.statuses.get(self.exact.status)
         computes = own is not None and own.lacks_strokes and not self._request.needs_stroke
         return int(Status.OK) if computes else self.exact.status
+
+    @property
+    def reaches(self) -> list[tuple[arb, arb]]:
+        """Start and end of each interval of a turn at which all joints assemble, rad; `UnprovedError` if not known."""
+        joints = {factor.joint for factor in self.graph.equations.factors}
+        if self.status in (CANNOT_ASSEMBLE, *map(blocked_at, range(len(joints)))):
+            return self._turning.reaches
+        own = self._mechanism.statuses.get(self.status)
+        if self.status == Status.OK or (own and own.lacks_strokes):
+            return [(arb(0), 2 * arb.pi())]
+        raise UnprovedError("where designs beside a change point assemble cannot be certified")
 
     # marks and windows
 

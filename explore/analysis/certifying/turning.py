@@ -7,6 +7,7 @@ from flint import arb
 from explore.analysis.certifying.arcs import Arc
 from explore.analysis.certifying.ball_graph import BallGraph
 from explore.analysis.certifying.balls import UnprovedError
+from explore.analysis.certifying.reaches import find_reaches
 from explore.analysis.certifying.subdivision import MOST_CELLS, Cell, cells_of, over_cell
 from explore.mechanisms.linkages.cells import NODES
 from explore.mechanisms.linkages.directions import DIRECTION_NODES
@@ -92,6 +93,17 @@ class Turning:
             if not any(value < 0 for value in self._values.at(cell.middle + arb(0, cell.half.upper()))):
                 waiting += cell.halves()
         return True
+
+    @cached_property
+    def reaches(self) -> list[tuple[arb, arb]]:
+        """Start and end of each interval of a turn at which all joints assemble, rad; see `find_reaches`."""
+        return find_reaches(self._assembles)
+
+    def _assembles(self, cell: Cell) -> int:
+        """1 where all factors are positive in a cell, -1 where one is negative, which those before it do not spoil."""
+        series = self._values.series_over(cell.middle, cell.half)
+        values = [over_cell(terms, cell.half)[0] for terms in series]
+        return 1 if all(value > 0 for value in values) else -1 if any(value < 0 for value in values) else 0
 
     def middle_of(self, link: str) -> float:
         """The middle of the angles of a link, rad, which tells them from those a turn away."""
