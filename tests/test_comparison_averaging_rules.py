@@ -99,9 +99,10 @@ def test_the_trapezoidal_rule_converges_at_the_rate_of_the_nearest_singularity(e
     assert -np.polyfit(counts, np.log(measured), 1)[0] == pytest.approx(rate, rel=1e-6)
 
 
-def test_gauss_legendre_converges_geometrically_on_a_stroke(exact):
+@pytest.mark.parametrize(("window", "counts"), [("drive", (8, 16, 32)), ("cycle", (3, 6, 12))])
+def test_gauss_legendre_converges_geometrically_on_a_stroke_and_on_quarters_of_a_turn(exact, window, counts):
     """Each doubling of the nodes squares the error, until it is that of rounding."""
-    measured = [error(GaussRule(n), "smooth", "drive", exact)[ACCELERATION, VARIANCE, 0] for n in (8, 16, 32)]
+    measured = [error(GaussRule(n), "smooth", window, exact)[ACCELERATION, VARIANCE, 0] for n in counts]
     assert measured[1] < 0.5 * measured[0] ** 1.5
     assert measured[2] < 0.5 * measured[1] ** 1.5
 
