@@ -9,7 +9,7 @@ import pytest
 
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.paths import search
-from explore.synthesis.paths.alignment import lay_over_parts
+from explore.synthesis.paths.alignment import close_path, lay_over, lay_over_parts
 from explore.synthesis.paths.atlas import draw_shapes
 from explore.synthesis.paths.fitting import fit
 from explore.synthesis.paths.numbers import (
@@ -301,6 +301,28 @@ def test_the_part_of_a_curve_that_is_laid_over_an_open_path(least_span):
                     best = min(best, np.linalg.norm(path - factor * centred) ** 2)
         # Curves of 64 sides cut their corners, by about a thousandth of the curve's size.
         assert starts.errors[row] == pytest.approx(best / np.linalg.norm(path) ** 2, rel=0.1, abs=2e-3)
+
+
+@pytest.mark.parametrize("is_reversed", [False, True])
+@pytest.mark.parametrize("is_mirrored", [False, True])
+def test_a_linkage_laid_over_its_own_closed_curve_is_at_its_points(is_mirrored, is_reversed):
+    """Turned, enlarged and moved, in the mirror and in the other sense; curves of 64 sides cut their corners."""
+    for shape in draw_shapes(6, seed=3):
+        crank, coupler, rocker, ground = shape[:4].tolist()
+        own = FourBar(0j, complex(ground), crank, coupler, rocker, complex(*shape[4:]) / coupler, 1)
+        curve = own.points(np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False))
+        curve = curve[::-1] if is_reversed else curve
+        points = (2.0 - 3.0j) + 1.7 * np.exp(0.8j) * (curve.conj() if is_mirrored else curve)
+        starts = lay_over(close_path(points), shape[None])
+        place, branch, size = starts.places[0], starts.branches[0], starts.shapes[0]
+        found = FourBar(
+            place, place + size[3] * np.exp(1j * starts.frames[0]), *size[:3], complex(*size[4:]) / size[1],
+            int(branch),
+        )  # fmt: skip
+        assert branch == (-1 if is_mirrored else 1)
+        assert starts.senses[0] == (-1 if is_mirrored != is_reversed else 1)
+        off = np.abs(found.points(starts.angles[0] + starts.frames[0]) - points)
+        assert off.max() < 0.05 * np.abs(points - points.mean()).max()
 
 
 def test_an_open_path_is_laid_over_once_for_all_bounds(monkeypatch):
