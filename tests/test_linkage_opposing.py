@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from linkage_cases import CASES, linkage_of, values_of, with_loads
+from linkage_cases import CASES, FOUR_BAR, linkage_of, values_of, with_loads
 from scipy.optimize import brentq
 
 import explore
@@ -163,3 +163,17 @@ def test_a_link_that_only_translates_has_no_torque_against_it():
 def test_amounts_may_have_units():
     linkage = with_loads(SHAPER, {"gravity": [0, "-9.81 m/s^2"], "masses": {"S": "600 g"}})
     assert linkage == with_loads(SHAPER, {"gravity": [0, -9.81], "masses": {"S": 0.6}})
+
+
+def test_a_spring_on_a_link_does_not_know_whole_turns():
+    """Neither of its rest nor of the angle, whichever crank angle the motion begins with."""
+    torques = []
+    for rest in (170, -190, 530):
+        spring = {"between": "rocker", "rate": 1, "rest": rest}
+        frame = {"O": [0, 0], "C": ["0.17 * r4", "0.985444 * r4"]}
+        linkage = Linkage(FOUR_BAR | {"output": "rocker", "frame": frame, "loads": {"springs": {"coil": spring}}})
+        lengths = {"r1": 30.0, "r2": 90.0, "r3": 60.0, "r4": 50.0}
+        for angles in ([231.9, 345.1], [345.1]):
+            torques.append(explore.simulate(linkage, lengths, angles=angles)["drive_torque"].iloc[-1])
+    assert torques == pytest.approx([torques[0]] * 6, abs=1e-14)  # of angles of 3 rad
+    assert abs(torques[0]) < 0.1

@@ -12,6 +12,7 @@ or a damper acts on with the force f. Forces are in N and lengths in mm, so sums
 from __future__ import annotations
 
 import copy
+import math
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import replace
@@ -35,6 +36,10 @@ SPEED = "speed"
 Joint = str | tuple[str, str]
 #: Meters in a millimeter.
 _METERS = Fraction(1, 1000)
+#: Half a turn, rad, with 32 digits.
+_PI = Fraction(math.pi) + Fraction(1.2246467991473532e-16)
+#: Half a turn less what no angle equals, rad.
+_HALF_TURN = 3.14159265358979
 #: Radians in a degree.
 _RADIANS = unit_factor("deg", "rad")
 
@@ -233,9 +238,19 @@ class Loading:
                 self.angles += element.ends
                 first, *second = (self._equations.angle_of(link) for link in element.ends)
                 angle = first - second[0] if second else first
+                angle = angle - self._turns_from_rest(element)
             torque = -self._resist(element, angle, rate, self._one, self._graph.constant(_RADIANS))
         for sign, link, rate in zip((1.0, -1.0), element.ends, rates, strict=False):
             self._turn(link, torque * sign, rate)
+
+    def _turns_from_rest(self, element: Element) -> Number:
+        """A whole turn or its negative where the middle of an angle is beyond half a turn from the spring's rest."""
+        first, *second = (self._equations.middle_of(link) for link in element.ends)
+        middle = first - second[0] if second else first
+        rest = self._read(element.rest) if element.rest else self._zero
+        apart = middle - rest * self._graph.constant(_RADIANS)
+        beyond = (apart - _HALF_TURN, apart + _HALF_TURN)
+        return sum((each / abs(each) for each in beyond), self._zero) * self._graph.constant(_PI)
 
     def _force(self, element: Element, place: Number, rate: Number) -> Number:
         """The force of an element against its length or position, N."""

@@ -112,9 +112,13 @@ class Trace:
     def angle_of(self, link: str) -> Number:
         """The angle of a link, rad, within half a turn of the middle of its range."""
         cosine, sine = (part.terms[0] for part in self.directions[link])
-        middle, to_cosine, to_sine = (self.graph.input(f"{REFERENCE}{link}:{part}") for part in range(3))
+        to_cosine, to_sine = (self.graph.input(f"{REFERENCE}{link}:{part}") for part in (1, 2))
         x, y = cosine * to_cosine + sine * to_sine, sine * to_cosine - cosine * to_sine
-        return middle + y.call("arctangent", x)
+        return self.middle_of(link) + y.call("arctangent", x)
+
+    def middle_of(self, link: str) -> Number:
+        """The middle of the range of the angle of a link, rad."""
+        return self.graph.input(f"{REFERENCE}{link}:0")
 
     def output_place(self) -> Number:
         """The position of the output's pin in its slot, mm, or the angle of the output link, rad."""
