@@ -244,12 +244,12 @@ class Loading:
             self._turn(link, torque * sign, rate)
 
     def _turns_from_rest(self, element: Element) -> Number:
-        """A whole turn or its negative where the middle of an angle is beyond half a turn from the spring's rest."""
+        """The whole turns, up to two, by which the middle of an angle is beyond half a turn from the spring's rest."""
         first, *second = (self._equations.middle_of(link) for link in element.ends)
         middle = first - second[0] if second else first
         rest = self._read(element.rest) if element.rest else self._zero
         apart = middle - rest * self._graph.constant(_RADIANS)
-        beyond = (apart - _HALF_TURN, apart + _HALF_TURN)
+        beyond = [apart + k * _HALF_TURN for k in (-3.0, -1.0, 1.0, 3.0)]
         return sum((each / abs(each) for each in beyond), self._zero) * self._graph.constant(_PI)
 
     def _force(self, element: Element, place: Number, rate: Number) -> Number:
