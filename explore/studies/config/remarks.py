@@ -5,6 +5,7 @@ from typing import Any
 
 from explore.base.errors import KeyPath, Problems
 from explore.base.suggest import format_value
+from explore.base.units.quantities import quantity
 from explore.base.units.shown import ShownUnits
 from explore.model.request import Request
 from explore.model.targets import PathTarget, PosesTarget
@@ -39,7 +40,24 @@ def study_remarks(study: StudyFile, request: Request, units: ShownUnits) -> Prob
     ]
     entries += [(("tolerances", name), entry, parameters.get(name, "1")) for name, entry in study.tolerances.items()]
     key = ("target", "file" if "file" in (study.target or {}) else "poses" if path is not target else "points")
-    return [*(remark_on_order(path, key) if path else []), *remark_on_units(entries, units)]
+    remarks = [*(remark_on_order(path, key) if path else []), *remark_on_units(entries, units)]
+    return [*remarks, *_remarks_on_solved(study, request)]
+
+
+def _remarks_on_solved(study: StudyFile, request: Request) -> Problems:
+    """That a constraint has the value that a length is solved for as its limit."""
+    remarks: Problems = []
+    for name, entry in study.parameters.items():
+        if not isinstance(entry, Mapping) or "solve" not in entry:
+            continue
+        for each in request.constraints:
+            limits = (each.minimum, each.maximum)
+            if each.metric.name == entry["solve"] and quantity(entry["value"], each.metric.unit) in limits:
+                reason = (
+                    f"is the value that {name} is solved for, so rounding decides which designs meet it; leave it out"
+                )
+                remarks.append((("constraints", each.metric.name), reason))
+    return remarks
 
 
 def target_entries(target: Mapping[str, Any]) -> list[Entry]:
