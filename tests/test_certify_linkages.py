@@ -1,6 +1,7 @@
 """Certificates of linkages of tables: enclosures beside mpmath, and false rows that must be found."""
 
 import math
+from dataclasses import dataclass
 
 import mpmath
 import numpy as np
@@ -28,7 +29,9 @@ from explore.analysis.certifying.ball_graph import trace
 from explore.analysis.certifying.balls import UnprovedError
 from explore.analysis.certifying.certification import certify_designs
 from explore.analysis.certifying.designs import Design
+from explore.analysis.certifying.fluctuations import fluctuation
 from explore.analysis.certifying.means import arc_means, turn_means
+from explore.analysis.certifying.pieces import Piece
 from explore.mechanisms.linkages.declaration import linkage_mechanism
 from explore.mechanisms.linkages.metrics import REACH_NAMES
 from explore.mechanisms.linkages.statuses import (
@@ -340,6 +343,45 @@ def test_jumps_and_corners_are_proved(loads, window):
     assert proved == ("proved", "")
     assert verdict == "refuted"
     assert all(f"{metric} " in reason for metric in metrics)
+
+
+@pytest.mark.parametrize("window", ["cycle", {"from": 335, "to": 357}])
+def test_motions_that_turn_back_together_are_proved(window):
+    """Ram and lever; over the interval 128 bits are too few, and a zero is known to no more digits with 256."""
+    loads = ROUGH_RAM | {"opposing": {"ram": 30.0, "lever": 2.0}, "masses": {"S": 2.0}}
+    linkage, metrics = with_loads(CASES["crank-shaper"], loads), ["drive_torque_mean", "positive_power_mean"]
+    (row,) = rows_of(linkage, values_of(CASES["crank-shaper"]) | {"speed": 9.0}, metrics, window=window)
+    assert proofs_of(linkage.mechanism, [row], metrics, window=window) == [("proved", "")]
+    false = [row | {name: row[name] * (1.0 + 1e-6)} for name in metrics]
+    assert [verdict for verdict, _ in proofs_of(linkage.mechanism, false, metrics, window=window)] == ["refuted"] * 2
+
+
+@dataclass(frozen=True)
+class Flat:
+    """A function that is the same at all angles."""
+
+    number: arb
+
+    def value(self, angle):
+        return self.number + 0 * angle
+
+    def series(self, angle):
+        return [[self.number, arb(0), arb(0), arb(0), arb(0)]]
+
+    def series_over(self, middle, half):
+        return self.series(middle)
+
+
+def test_pieces_of_fluctuations_follow_each_other():
+    """Also those that start at one double: the integral goes from 0 to 1, 3 and 2."""
+    with ctx.workprec(128):
+        tiny = arb(2) ** -64
+        ends = [arb(0), arb(1), 1 + tiny, 2 + tiny]
+        first, second, third = (
+            Piece(start, stop, Flat(arb(change) / (stop - start)), stop - start < arb("0.5"))
+            for start, stop, change in zip(ends, ends[1:], (1, 2, -1), strict=False)
+        )
+        assert fluctuation([first, third, second], arb(0), "steps", "").contains(3)
 
 
 def test_many_terms_with_corners_are_open_and_said_in_words():

@@ -16,13 +16,13 @@ from explore.analysis.certifying.subdivision import sign_changes
 def fluctuation(pieces: Sequence[Piece], mean: arb, name: str, reason: str) -> arb:
     """The fluctuation of a number, called by a name, whose pieces are a turn; `reason` is why it has none."""
     total, found = arb(0), [arb(0)]
-    for piece in sorted(pieces, key=lambda piece: float(piece.start.mid())):
+    for piece in sorted(pieces, key=lambda piece: piece.start.mid()):
         if piece.is_tiny:
             before, total = total, total + (piece.value - mean) * (piece.stop - piece.start)
             found.append(before.union(total))
             continue
         zeros = sign_changes(_Less(piece.function, mean), name, piece.start, piece.stop)
-        places = sorted((place for place, _ in zeros), key=lambda place: float(place.mid()))
+        places = sorted((place for place, _ in zeros), key=arb.mid)
         for first, last in pairwise([piece.start, *places, piece.stop]):
             total += (arc_means(piece.function.value, first, last, reason)[0] - mean) * (last - first)
             found.append(total)

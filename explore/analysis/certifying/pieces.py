@@ -14,6 +14,8 @@ from explore.mechanisms.linkages.graph import Number, operands
 
 #: Largest number of branches: zeros of the decision of each are looked for.
 _MOST_BRANCHES = 20
+#: Largest number of halvings of a radian that tiny pieces are long: constants of a graph have 105 bits.
+_MOST_HALVINGS = 80
 #: A sign that is not known.
 _EITHER = arb(0, 1)
 
@@ -78,13 +80,13 @@ def _divide(decision: Function, name: str, part: _Part, *, is_known: bool) -> It
     if part.is_tiny:
         yield part, _EITHER
         return
-    near = arb(2) ** (-ctx.prec // 2)
+    near = arb(2) ** -min(ctx.prec // 2, _MOST_HALVINGS)
     ends = [part.start, part.stop]
     inner = [
         end if is_known or _sign(decision, end) else end + step for end, step in zip(ends, (near, -near), strict=True)
     ]
     places = [] if is_known else [place for place, _ in sign_changes(decision, name, *inner)]
-    for first, last in pairwise([inner[0], *sorted(places, key=lambda place: float(place.mid())), inner[1]]):
+    for first, last in pairwise([inner[0], *sorted(places, key=arb.mid), inner[1]]):
         if not (sign := _sign(decision, ((first + last) / 2).mid())):
             raise UndecidedError
         yield replace(part, start=first, stop=last), sign
