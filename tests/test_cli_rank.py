@@ -224,6 +224,26 @@ def test_several_results_are_ranked_as_one_table(sweep_folder, other_results, fr
     assert joint.loc[joint["results"] == str(other_results), "speed"].eq(2).all()
 
 
+def test_results_with_other_constraints_are_told(tmp_path):
+    """Each design keeps those of its own study, so one that the first would exclude may win."""
+    files = {}
+    for name, limit in (("bound", 40.0), ("alike", 40.0), ("wider", 30.0)):
+        study = explore.Study(
+            mechanism="crank-rocker",
+            parameters={
+                "crank": {"start": 30, "stop": 60, "num": 5}, "coupler": 200, "rocker": 150, "ground": 180
+            },
+            metrics=["swing_angle", "transmission_angle_min"], constraints={"transmission_angle_min": {"min": limit}},
+            objectives=["swing_angle:max"],
+        )  # fmt: skip
+        files[name] = explore.sweep(study, tmp_path / f"{name}.h5")
+    for name, count in (("alike", 0), ("wider", 1)):
+        caveats = rank_sources({"bound": files["bound"], name: files[name]}, RankRequest()).caveats
+        assert [line for line in caveats if "other constraints" in line] == [
+            "wider has other constraints than bound, on transmission_angle_min: each design keeps those of its own"
+        ][:count]
+
+
 def test_progress_counts_the_designs_of_all_results(sweep_folder, other_results):
     sources = {str(file): open_results(file) for file in (sweep_folder / "all.h5", other_results)}
     steps = []
