@@ -151,7 +151,7 @@ def _rank_nearest(
 
 def _rank_sources(sources: dict[str, Results], request: RankRequest) -> tuple[Ranking, Mapping[str, Ranking]]:
     """The ranking of all results together, and that of each."""
-    from explore.results.ranking.joint import rank_sources
+    from explore.results.ranking.joint import other_constraints, rank_sources
     from explore.results.ranking.rankings import rank_source
 
     if len(sources) == 1:
@@ -161,7 +161,7 @@ def _rank_sources(sources: dict[str, Results], request: RankRequest) -> tuple[Ra
         return ranking, {name: ranking}
     with block_bar("ranking") as report_progress:
         joint = rank_sources(sources, request, report_progress)
-    for caveat in joint.caveats:
+    for caveat in (*joint.caveats, *other_constraints(sources)):
         say(caveat, "yellow")
     return joint.whole, joint.parts
 

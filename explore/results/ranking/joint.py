@@ -72,7 +72,6 @@ def rank_sources(
     parts |= {name: _rank_part(name, other, part_request, reports[name]) for name, other in others}
     metrics = [objective.metric for objective in (*objectives, order)]
     caveats += [line for name, other in others for line in _differences(first, source, name, other, metrics)]
-    caveats += [line for name, other in others for line in _other_constraints(first, source, name, other)]
     unlike = _unlike_columns(sources)
     caveats += [
         f"left out of the designs of {name}, in other units than in results before: {', '.join(columns)}"
@@ -85,21 +84,24 @@ def rank_sources(
     return JointRanking(replace(whole, frame=frame), shown, tuple(dict.fromkeys(caveats)))
 
 
+def other_constraints(sources: Mapping[str, Results]) -> list[str]:
+    """A sentence on each of the results that constrains metrics in another way than the first: both keep their own."""
+    (first, source), *others = sources.items()
+    own, found = source.declared.constraints, []
+    for name, other in others:
+        bounds = other.declared.constraints
+        unlike = [metric for metric in {**own, **bounds} if own.get(metric) != bounds.get(metric)]
+        if unlike:
+            found.append(f"{name} has other constraints than {first}, on {', '.join(unlike)}: each keeps its own")
+    return found
+
+
 def first_of_each(tables: Iterable[Mapping[str, _Entry]]) -> dict[str, _Entry]:
     """The entries of all tables by name, each of the first table that has it."""
     merged: dict[str, _Entry] = {}
     for table in tables:
         merged |= {name: entry for name, entry in table.items() if name not in merged}
     return merged
-
-
-def _other_constraints(first: str, source: Results, name: str, other: Results) -> list[str]:
-    """A sentence on metrics that two results constrain in different ways; none where there is no such metric."""
-    own, others = source.declared.constraints, other.declared.constraints
-    unlike = [metric for metric in {**own, **others} if own.get(metric) != others.get(metric)]
-    if not unlike:
-        return []
-    return [f"{name} has other constraints than {first}, on {', '.join(unlike)}: each design keeps those of its own"]
 
 
 def _unlike_columns(sources: Mapping[str, Results]) -> dict[str, list[str]]:
