@@ -237,7 +237,7 @@ def test_results_with_other_constraints_are_told(tmp_path):
         )  # fmt: skip
         explore.sweep(study, tmp_path / f"{name}.h5")
     for name, count in (("alike", 0), ("wider", 1)):
-        told = call("rank", f"{tmp_path}/bound.h5", f"{tmp_path}/{name}.h5").stderr
+        _, _, told = call("rank", f"{tmp_path}/bound.h5", f"{tmp_path}/{name}.h5")
         words = f"{tmp_path}/wider.h5 has other constraints than {tmp_path}/bound.h5, on transmission_angle_min: each"
         assert told.count(words) == count
 
