@@ -154,6 +154,12 @@ def test_loads_that_cannot_be_are_refused(loads, problem):
     assert str(error.value).startswith(f"linkage.loads.{problem}")
 
 
+def test_a_mass_of_an_unknown_link_is_one_mistake():
+    problem = r"^linkage.loads.masses.levr: unknown link or moving point 'levr'; did you mean 'lever'\?$"
+    with pytest.raises(ConfigError, match=problem):
+        with_loads(SHAPER, {"masses": {"levr": {"mass": 1, "centroid": "D"}}})
+
+
 def test_a_link_that_only_translates_has_no_torque_against_it():
     content = linkage_of(CASES["scotch-yoke"]).content | {"loads": {"opposing": {"yoke": 3}}}
     with pytest.raises(ConfigError, match=r"^linkage.loads.opposing.yoke: yoke does not turn against frame"):

@@ -102,7 +102,8 @@ class LoadReader:
 
     def _mass(self, name: str, entry: object) -> Mass:
         key = (SECTION, "loads", "masses", name)
-        self._check_name(name, key, [*self._links, *self._moving], "link or moving point")
+        if not self._check_name(name, key, [*self._links, *self._moving], "link or moving point"):
+            return Mass(name, ZERO, name, ZERO)
         if name not in self._links:
             return Mass(name, self._amount(entry, key, "kg"), name, ZERO)
         given = self._table(entry, key, _MASS_KEYS, ("mass", "centroid"), _EXAMPLES["masses"])
@@ -149,7 +150,8 @@ class LoadReader:
         if name in self._structure.points:
             return self._pin_friction(name, entry, key)
         pins = [point for point in self._structure.points if len(bodies_on(self._structure, point)) > 1]
-        self._check_name(name, key, [*self._slots, *pins], "slot or pin")
+        if not self._check_name(name, key, [*self._slots, *pins], "slot or pin"):
+            return Element("friction", name, (name,), ZERO)
         if name == self._driver:
             self._problems.append((key, f"{name} is driven; friction there adds to the force of the drive"))
         return Element("friction", name, (name,), self._amount(entry, key, "1"))
@@ -278,7 +280,9 @@ class LoadReader:
         self._problems += [((*key, word), f"unknown key; {suggestion(word, keys)}") for word in unknown]
         return {closest_name(word, keys) for word in unknown}
 
-    def _check_name(self, name: object, key: KeyPath, known: Iterable[str], kind: str) -> None:
+    def _check_name(self, name: object, key: KeyPath, known: Iterable[str], kind: str) -> bool:
+        """Whether a name is known; if not, it is noted."""
         names = list(known)
         if name not in names:
             self._problems.append((key, f"unknown {kind} {format_value(name)}; {suggestion(str(name), names)}"))
+        return name in names
