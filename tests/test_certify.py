@@ -503,6 +503,8 @@ def test_command(results, tmp_path, monkeypatch):
     monkeypatch.setattr(explore, "certify", lambda *_, **__: opened)
     code, out, _ = call("certify", results.path)
     assert (code, "1 proved, 1 open, 0 refuted" in out) == (1, True)
+    monkeypatch.setattr("explore.cli.commands.certify._N_LINES", 1)
+    assert "and 1 design more; -o FILE.csv writes all" in call("certify", results.path)[1]
 
 
 def test_without_the_package_one_line_says_what_to_install(results):

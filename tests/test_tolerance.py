@@ -95,6 +95,13 @@ def test_robust_metrics(robustness):
     assert first.xs("swing_angle", level="metric").between(0.95, 1.05).all()  # nearly linear over these tolerances
 
 
+def test_columns_say_to_which_side_robust_values_are(folder, robustness):
+    columns = {column.name: column.long_name for column in explore.open_results(folder / "robust.h5").columns}
+    for name, side in (("cv", "plus"), ("swing_angle", "minus")):
+        words = f"mean of {name} over the parts that move {side} three standard deviations"
+        assert columns[f"{name}_robust"] == words
+
+
 def test_the_results_file_is_ranked_by_yield(folder, robustness):
     results = explore.open_results(folder / "robust.h5")
     assert results.objectives == (

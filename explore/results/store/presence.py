@@ -13,7 +13,7 @@ class DisplacedError(ResultsError):
     If `is_removed`, no other file has its name, and the content is lost when the file is closed.
     """
 
-    def __init__(self, message: str, *, is_removed: bool = False) -> None:
+    def __init__(self, message: str, *, is_removed: bool) -> None:
         super().__init__(message)
         self.is_removed = is_removed
 
