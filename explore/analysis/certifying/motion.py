@@ -53,6 +53,7 @@ class Motion:
         if self._mechanism.exact is not None:
             self.exact = self._mechanism.exact({p: exact(parameters[p]) for p in self.table.moving_names})
         self._extremes: dict[tuple[str, Window], tuple[arb, arb]] = {}
+        self._cut: dict[tuple[int, Window], list[Piece]] = {}
         self._moments: dict[tuple[str, Window, bool], tuple[arb, arb]] = {}
 
     @cached_property
@@ -134,12 +135,15 @@ class Motion:
 
     def _pieces(self, quantity: Quantity, window: Window, number: Number | None = None) -> list[Piece]:
         """The pieces of a window in which a signal, or a number of its, is an analytic function."""
-        rate = self._mechanism.signal(self._mechanism.output_signals[""])
-        is_stroke = window.kind not in ("turn", "interval") and rate.name in self.graph.quantities
-        return cut_pieces(
-            self.graph, quantity.number if number is None else number, quantity.signal.name, self._part(window),
-            self._references(quantity), self.quantity(rate).number if is_stroke else None,
-        )  # fmt: skip
+        number = quantity.number if number is None else number
+        key = number.index, window
+        if key not in self._cut:
+            rate = self._mechanism.signal(self._mechanism.output_signals[""])
+            is_stroke = window.kind not in ("turn", "interval") and rate.name in self.graph.quantities
+            at_ends = self.quantity(rate).number if is_stroke else None
+            arc, references = self._part(window), self._references(quantity)
+            self._cut[key] = cut_pieces(self.graph, number, quantity.signal.name, arc, references, at_ends)
+        return self._cut[key]
 
     def _part(self, window: Window) -> Arc:
         """The input angles of a window at which this linkage moves the output."""

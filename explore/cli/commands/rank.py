@@ -102,10 +102,18 @@ def rank(
         (source,) = sources.values()
         _rank_nearest(source, nearest, where, limit or [], output, as_json=as_json)
         return
-    from explore.results.ranking.joint import first_of_each
     from explore.results.ranking.rankings import RankRequest
 
     request = RankRequest.from_words(metric or [], where, limit or [], fronts=fronts, quality=quality)
+    _rank_fronts(sources, request, output, top, as_json=as_json)
+
+
+def _rank_fronts(
+    sources: dict[str, Results], request: RankRequest, output: Path | None, top: int | None, *, as_json: bool
+) -> None:
+    """Write or print the first fronts of all results together, and say what was ranked."""
+    from explore.results.ranking.joint import first_of_each
+
     ranking, parts = _rank_sources(sources, request)
     columns = first_of_each({column.name: column for column in source.columns} for source in sources.values())
     shown_units = {name: column.unit for name, column in columns.items()}

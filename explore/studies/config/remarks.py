@@ -53,9 +53,7 @@ def _remarks_on_solved(study: StudyFile, request: Request) -> Problems:
         for each in request.constraints:
             limits = (each.minimum, each.maximum)
             if each.metric.name == entry["solve"] and quantity(entry["value"], each.metric.unit) in limits:
-                reason = (
-                    f"is the value that {name} is solved for, so rounding decides which designs meet it; leave it out"
-                )
+                reason = f"a limit is the value that {name} is solved for: rounding decides which designs meet it"
                 remarks.append((("constraints", each.metric.name), reason))
     return remarks
 

@@ -52,7 +52,7 @@ def _loads(loads: Loads) -> dict[str, Any]:
         "forces": {force.point: _pair(force.force) for force in loads.forces},
         "torques": {each.name: _torque(each) for each in loads.elements if each.kind == "torque"},
         "opposing": {each.name: _number(each.size) for each in loads.elements if each.kind == "opposing"},
-        "friction": {each.name: _friction(each) for each in loads.elements if each.kind.endswith("friction")},
+        "friction": {each.name: _friction(each) for each in loads.elements if "friction" in each.kind},
         "springs": {each.name: _spring(each) for each in loads.elements if each.kind == "spring"},
         "dampers": {each.name: _spring(each) for each in loads.elements if each.kind == "damper"},
         "curves": {curve.name: _curve(curve) for curve in loads.curves},
