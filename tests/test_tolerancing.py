@@ -15,6 +15,7 @@ from explore.analysis.tolerancing.failures import ENOUGH, estimate_failure, find
 from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.analysis.tolerancing.spreads import CHUNK, chunk_deviations, count_parts, merge_counts
 from explore.evaluation.evaluate import evaluate_columns
+from explore.studies.config.linkage import Linkage
 from explore.studies.request.names import find_mechanism
 from explore.studies.request.requests import make_objective, make_request
 from explore.studies.request.tolerances import make_tolerances
@@ -168,6 +169,29 @@ def test_the_worst_case_is_a_corner_of_the_box():
         at = worst.high[name].deviations[:, None]
         assert request.outcomes(PUBLISHED, at).metrics[name][0] == worst.high[name].value
     assert not worst.has_unassembled
+
+
+def test_the_worst_case_of_more_dimensions_than_all_corners_are_looked_at_is_a_corner():
+    """Crank and rod of sixteen parts, of which only the sums count: the extremes are four corners of the box."""
+    names = {"crank": [f"r{k}" for k in range(8)], "rod": [f"l{k}" for k in range(8)]}
+    table = {
+        "driver": "crank", "output": "ram", "frame": {"O": [0, 0]}, "branch": {"S": "far"},
+        "links": {"crank": {"O": 0, "A": "+".join(names["crank"])}, "rod": {"A": 0, "S": "+".join(names["rod"])}},
+        "slots": {"ram": {"pin": "S", "link": "frame", "along": [[0, 0], [1, 0]]}},
+    }  # fmt: skip
+    mechanism = find_mechanism(Linkage(table))
+    parts = dict.fromkeys(names["crank"], 5.0) | dict.fromkeys(names["rod"], 20.0)
+    request = make_request(mechanism, metrics=["stroke", "ram_velocity_max", "transmission_angle_min"])
+    request = TolerancedRequest.of(request, [], make_tolerances(mechanism, dict.fromkeys(parts, 0.1)))
+    worst = find_worst_case(request, parts | {"speed": 1.0}, 0)
+    corners = [list(np.repeat(signs, 8)) for signs in product((-0.1, 0.1), repeat=2)]
+    values = request.outcomes(parts | {"speed": 1.0}, np.array(corners).T).metrics
+    for name in request.metrics:
+        expected = values[name].min(), values[name].max()
+        # Sums of eight parts in another order than the corners' differ by rounding.
+        assert (worst.low[name].value, worst.high[name].value) == pytest.approx(expected, rel=1e-12)
+        assert worst.low[name].is_corner
+        assert worst.high[name].is_corner
 
 
 def test_an_extreme_inside_the_box_is_found():

@@ -42,7 +42,7 @@ _KEPT = (
     "explore_version", "numpy_version", "scipy_version", "numba_version", "h5py_version", "hdf5_version", "machine",
 )  # fmt: skip
 #: Version of how parts are drawn and analysed, raised by every change.
-_VERSION = 1
+_VERSION = 2
 #: Attribute of the file that says how its designs were chosen.
 _SAMPLER = "tolerances"
 
