@@ -1,4 +1,4 @@
-"""Loads of linkages of tables: values of the reference, and energies that the drive and the dampers account for."""
+"""Loads of linkages of tables: values of the reference, balances of links, work, and bounds of torques."""
 
 import math
 import tomllib
@@ -176,99 +176,6 @@ UNITS = {"cut": "N", "g": "m/s^2", "m": "kg", "j": "kg m^2", "f": "N", "k": "N/m
 
 def shaper():
     return loaded_shaper(), values_of(CASES["crank-shaper"]) | AMOUNTS
-
-
-class Energies:
-    """Kinetic and potential energy of the shaper, N m, and what dampers and torques take, in mpmath."""
-
-    def __init__(self, linkage, values):
-        self.equations, self.values = trace(linkage), values
-        self.speed = mpmath.mpf(values["speed"])
-
-    def at(self, angle):
-        """Places, mm, and their rates by the angle: of points, then of slots."""
-        series = [part for place in self.equations.points.values() for part in place]
-        series += [self.equations.slot_position(slot) for slot in self.equations.table.slots]
-        numbers = [each.terms[order] for order in (0, 1) for each in series]
-        found = evaluate_graph(numbers, self.values, angle)
-        points = list(self.equations.points)
-        half = len(series)
-        places, rates = (
-            {point: mpmath.mpc(*found[first + 2 * k : first + 2 * k + 2]) for k, point in enumerate(points)}
-            for first in (0, half)
-        )
-        slots = {
-            slot.name: (found[2 * len(points) + k], found[half + 2 * len(points) + k])
-            for k, slot in enumerate(self.equations.table.slots)
-        }
-        return places, rates, slots
-
-    def turns(self, places, rates):
-        """Direction and rate of each link."""
-        lever, link = places["D"] - places["C"], places["S"] - places["D"]
-        return {
-            "lever": (lever / abs(lever), (rates["D"] / lever).imag),
-            "link": (link / abs(link), ((rates["S"] - rates["D"]) / link).imag),
-            "crank": (places["A"] / abs(places["A"]), mpmath.mpf(1)),
-        }
-
-    def energy(self, angle):
-        places, rates, slots = self.at(angle)
-        turns, v = self.turns(places, rates), self.values
-        total = mpmath.mpf(0)
-        masses = (
-            (v["m"], 0.002, places["C"] + (110 + 7j) * turns["lever"][0], 1j * (110 + 7j) * turns["lever"][0], "lever"),
-            (0.3, 0.0, places["D"], rates["D"], "link"),
-            (0.2, 2 * v["j"], places["A"] / 2, rates["A"] / 2, "crank"),
-            (v["m"] / 2, 0.0, places["S"], rates["S"], "link"),
-        )
-        for mass, inertia, place, rate, link in masses:
-            rate = rate * turns["lever"][1] if link == "lever" else rate
-            total += self.speed**2 * (mass * abs(rate / 1000) ** 2 + inertia * turns[link][1] ** 2) / 2
-            total -= mass * (1.5 * place.real - v["g"] * place.imag) / 1000
-        total -= (v["f"] * places["D"].real + 3 * places["D"].imag) / 1000
-        for rate, length in (
-            (300, abs(places["A"] - places["S"]) - 120), (150, abs(places["A"] - places["C"])),
-            (v["k"], slots["ram"][0] - 20), (90, slots["block"][0] - v["lever"] / 2),
-        ):  # fmt: skip
-            total += rate * (length / 1000) ** 2 / 2
-        return total + 1.25 * (mpmath.arg(turns["lever"][0]) - mpmath.radians(80)) ** 2 / 2
-
-    def losses(self, angle):
-        """Power of the dampers and against the ram over the speed, N m."""
-        places, rates, slots = self.at(angle)
-        turns = self.turns(places, rates)
-        lengths = (
-            (12, slots["ram"][1]),
-            (3, slots["block"][1]),
-            (4, (rates["D"] * places["D"].conjugate()).real / abs(places["D"])),
-        )
-        angles = ((0.03, turns["link"][1] - turns["lever"][1]), (0.02, turns["lever"][1]))
-        against = self.values["cut"] * abs(slots["ram"][1]) / 1000
-        return against + self.speed * (sum(c * (r / 1000) ** 2 for c, r in lengths) + sum(c * r**2 for c, r in angles))
-
-    def given(self, angle):
-        """Power of the torques over the speed, N m."""
-        places, rates, _ = self.at(angle)
-        turns = {name: rate for name, (_, rate) in self.turns(places, rates).items()}
-        return 0.7 * turns["lever"] - 0.4 * (turns["link"] - turns["lever"]) + 0.05
-
-
-def test_the_drive_balances_the_change_of_energy():
-    """Differences of the energy in mpmath, which the accelerations are not used for, at 1e-13 of the largest torque."""
-    linkage, values = shaper()
-    angles = [5.0, 77.0, 140.0, 200.0, 301.0]
-    motion = explore.simulate(linkage, values, angles=angles)
-    energies = Energies(linkage, values)
-    expected, losses = [], []
-    with mpmath.workdps(40):
-        for degrees in angles:
-            angle = mpmath.radians(degrees)
-            losses.append(float(energies.losses(angle)))
-            expected.append(float(mpmath.diff(energies.energy, angle) + energies.losses(angle) - energies.given(angle)))
-    size = max(map(abs, expected))
-    assert motion["drive_torque"].to_numpy() == pytest.approx(expected, abs=1e-13 * size)
-    assert motion["friction_power"].to_numpy() == pytest.approx(9.0 * np.array(losses), rel=1e-13)
 
 
 def test_the_work_of_the_drive_is_what_the_load_takes():

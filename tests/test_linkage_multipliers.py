@@ -4,6 +4,7 @@ The second road knows no dyads: Newton's iteration on the equations of all joint
 Lagrange multipliers with which the generalised forces of loads and inertia are in balance.
 """
 
+import math
 import random
 import tomllib
 from importlib.resources import files
@@ -129,8 +130,8 @@ def jacobian(function, q):
     return mpmath.matrix(columns).T
 
 
-def random_loads(rng, joints):
-    """Loads of all kinds, each on some parts of the linkage."""
+def random_loads(rng, joints, row):
+    """Loads of all kinds, each on some parts of the linkage, which has a row of its motion without them."""
     some = lambda items, share=0.4: [item for item in items if rng.random() < share]  # noqa: E731
     moving = [point for point in joints.owners if point not in joints.bodies["frame"]]
     swinging = [link for link in joints.links if list(joints.links).index(link) != joints.driver // 3]
@@ -143,15 +144,25 @@ def random_loads(rng, joints):
         for link in joints.links
     }
     between = [*map(list, rng.sample(pairs, 1)), *some(joints.slots)]
+    driver = list(joints.links)[joints.driver // 3]
+    angles = {link: row.get(f"{link}_angle", math.nan) for link in swinging}
+    coils = {link: angle + rng.uniform(-40, 40) for link, angle in angles.items() if math.isfinite(angle)}
     return {
         "gravity": [rng.uniform(-10, 10), rng.uniform(-10, 10)],
         "masses": masses | {point: rng.uniform(0.1, 2) for point in some(moving)},
         "forces": {point: [rng.uniform(-99, 99), rng.uniform(-99, 99)] for point in some(moving)},
-        "torques": {link: rng.uniform(-2, 2) for link in some(joints.links)},
-        "springs": {
-            f"s{k}": {"between": each, "rate": 200, "rest": rng.uniform(0, 200)} for k, each in enumerate(between)
+        "torques": {
+            **{link: rng.uniform(-2, 2) for link in some(joints.links)},
+            rng.choice(swinging): {"torque": rng.uniform(-2, 2), "against": driver},
         },
-        "dampers": {f"d{k}": {"between": each, "rate": 0.3} for k, each in enumerate([*between, *some(swinging)])},
+        "springs": {
+            **{f"s{k}": {"between": each, "rate": 200, "rest": rng.uniform(0, 200)} for k, each in enumerate(between)},
+            **{f"c{k}": {"between": link, "rate": 1.2, "rest": rest} for k, (link, rest) in enumerate(coils.items())},
+        },
+        "dampers": {
+            f"d{k}": {"between": each, "rate": 0.3}
+            for k, each in enumerate([*between, *some(swinging), [driver, rng.choice(swinging)]])
+        },
         "opposing": {name: rng.uniform(1, 100) for name in some(joints.slots)},
     }  # fmt: skip
 
@@ -181,6 +192,8 @@ def balance(joints, loads, speed, row, theta):
             if each in joints.slots:
                 return (lambda z: [joints.along_and_across(z, each)[0]]), METERS, 1
             return (lambda z: [joints.angle(z, each)]), 1, 1 / METERS
+        if each[0] in joints.links:
+            return (lambda z: [joints.angle(z, each[0]) - joints.angle(z, each[1])]), 1, 1 / METERS
         places = lambda z: [joints.point(z, point) for point in each]  # noqa: E731
         return (lambda z: [mpmath.hypot(*(a - b for a, b in zip(*places(z), strict=True)))]), METERS, 1
 
@@ -196,10 +209,15 @@ def balance(joints, loads, speed, row, theta):
     for point, force in loads["forces"].items():
         act(lambda z, point=point: joints.point(z, point), force)
     for link, torque in loads["torques"].items():
-        act(lambda z, link=link: [joints.angle(z, link)], [torque / METERS])
+        against = torque["against"] if isinstance(torque, dict) else None
+        turn, _, power = coordinate([link, against] if against else link)
+        act(turn, [(torque["torque"] if against else torque) * power])
     for spring in loads["springs"].values():
-        function, unit, _ = coordinate(spring["between"])
-        act(function, [-spring["rate"] * (function(q)[0] - spring["rest"]) * unit])
+        function, unit, power = coordinate(spring["between"])
+        stretch = function(q)[0] - spring["rest"]
+        if unit == 1:  # an angle, within half a turn
+            stretch = mpmath.arg(mpmath.expj(function(q)[0] - mpmath.radians(spring["rest"])))
+        act(function, [-spring["rate"] * stretch * unit * power])
     for damper in loads["dampers"].values():
         function, unit, power = coordinate(damper["between"])
         act(function, [-damper["rate"] * rate(function)[0] * unit * power])
@@ -223,10 +241,11 @@ def test_random_loads_are_balanced_by_the_multipliers_of_all_joints(name):
     rng = random.Random(name)
     table, values = classic(name, rng)
     joints = Joints(table, values)
-    loads, speed, angle = random_loads(rng, joints), rng.uniform(2, 20), rng.uniform(0, 360)
-    linkage = explore.Linkage(table | {"loads": loads})
+    speed, angle, linkage = rng.uniform(2, 20), rng.uniform(0, 360), explore.Linkage(table)
     own = {parameter.name for parameter in linkage.mechanism.parameters} & values.keys()
-    row = explore.simulate(linkage, {key: values[key] for key in own} | {"speed": speed}, angles=[angle]).iloc[0]
+    given = {key: values[key] for key in own} | {"speed": speed}
+    loads = random_loads(rng, joints, explore.simulate(linkage, given, angles=[angle]).iloc[0])
+    row = explore.simulate(explore.Linkage(table | {"loads": loads}), given, angles=[angle]).iloc[0]
     with mpmath.workdps(40):
         found = balance(joints, loads, mpf(speed), row, mpf(angle) * mpmath.pi / 180)
     # to the rounding of some hundred operations, of the largest force, and that at a lever of 10 mm
