@@ -47,8 +47,7 @@ def middle(design):
 def forces(design, theta):
     """Forces by name: on crank at its pivot, on rod at the crank pin, on slider at its pin, each (t, 2).
 
-    And "guide_force", "drive_torque", and the parts of the load on the slider: "applied" without friction, "friction",
-    each (t,); with "velocity" and "acceleration" of the slider.
+    And "thrust", "guide_force" and "drive_torque", each (t,).
     """
     design = dict.fromkeys(
         ("constant_force", "opposing_force", "stiffness", "damping", "mass", "friction", "crank_mass", "rod_mass",
@@ -89,7 +88,5 @@ def forces(design, theta):
         chosen = solution if chosen is None else np.where(chosen[:, 6:7] >= 0.0, chosen, solution)
     return {
         "crank_pivot_force": chosen[:, 0:2], "crank_pin_force": chosen[:, 2:4], "slider_pin_force": chosen[:, 4:6],
-        "thrust": chosen[:, 4], "guide_force": chosen[:, 6], "drive_torque": chosen[:, 7], "applied": applied,
-        "friction": -design["friction"] * np.abs(chosen[:, 6]) * np.sign(velocity), "velocity": velocity,
-        "acceleration": slider[2, :, 0],
+        "thrust": chosen[:, 4], "guide_force": chosen[:, 6], "drive_torque": chosen[:, 7],
     }  # fmt: skip

@@ -1,6 +1,4 @@
-"""The crank-rocker under load: on both branches against second methods, and work and power that balance."""
-
-import itertools
+"""The crank-rocker under load: on both branches against second methods, and the work of a turn."""
 
 import newton_euler
 import numpy as np
@@ -12,7 +10,6 @@ from explore.base.units.shown import ShownUnits
 from explore.figures.reporting.motion import describe_motion, kernel_for
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.mechanisms.four_bar_loads import LOADS
-from explore.model.status import Status
 
 PLAIN = {"crank": 100.0, "coupler": 300.0, "rocker": 250.0, "ground": 350.0, "speed": 20.0}
 LOAD = {
@@ -130,73 +127,6 @@ def test_the_work_of_a_turn_is_what_the_load_dissipates():
     assert (frame["positive_work"] >= frame["net_work"] * (1.0 - 1e-10)).all()
     assert (lost == 0.0).any()
     assert (frame["net_work"][lost == 0.0] == 0.0).all()
-
-
-def torque_of(design, theta):
-    return newton_euler.forces(design, theta)[1]
-
-
-def positive_work(design):
-    """Of the equations of Newton and Euler, over panels that end where the torque changes its sign or jumps."""
-    a, b, c, d = (design[name] for name in ("crank", "coupler", "rocker", "ground"))
-    jumps = [np.arccos((r * r + d * d - c * c) / (2.0 * r * d)) + turn for r, turn in ((b + a, 0.0), (b - a, np.pi))]
-    edges = np.sort(np.remainder(design["branch"] * np.array(jumps), 2.0 * np.pi))
-    edges = np.append(edges, edges[0] + 2.0 * np.pi)
-    total = 0.0
-    for low, high in itertools.pairwise(edges):
-        theta = np.linspace(low + 1e-9, high - 1e-9, 4001)
-        sign = np.sign(torque_of(design, theta))
-        left, right = theta[:-1][sign[1:] != sign[:-1]], theta[1:][sign[1:] != sign[:-1]]
-        before = np.sign(torque_of(design, left))
-        for _ in range(50):  # halve all brackets of zeros at once
-            middle = 0.5 * (left + right)
-            same = np.sign(torque_of(design, middle)) == before
-            left, right = np.where(same, middle, left), np.where(same, right, middle)
-        parts = np.concatenate([[low], left, [high]])
-        x, weights = np.polynomial.legendre.leggauss(80)
-        for start, stop in itertools.pairwise(parts):
-            for first in np.linspace(start, stop, 9)[:-1]:
-                half = (stop - start) / 16.0
-                total += half * weights @ np.maximum(torque_of(design, first + half * (x + 1.0)), 0.0)
-    return total
-
-
-def test_the_bound_of_a_power_with_corners_holds():
-    """Corners that fall between the nodes of a graded rule were not noticed."""
-    designs = draw(60, 4)
-    exact = np.array([positive_work(design) for design in designs])
-    for tolerance in (1e-4, 1e-6, 1e-9):
-        frame = evaluate(designs, ["positive_work"], tolerance=tolerance)
-        assert (frame["status"] == Status.OK).all()
-        # the reference is accurate to the arccos of its positions, and leaves out 1e-9 rad beside the jumps
-        assert (np.abs(frame["positive_work"] - exact) <= (frame["error"] + 1e-12) * exact).all()
-
-
-def test_strokes_and_intervals_make_up_the_turn():
-    designs = draw(50, 5)
-    strokes = [w.name for w in CRANK_ROCKER.windows if w.name in CRANK_ROCKER.strokes]
-    names = [
-        f"{s}_{w}"
-        for w in ("cycle", "drive", "return", *strokes)
-        for s in ("drive_torque_mean", "drive_torque_max", "drive_torque_min", "pin_force_b_max")
-    ]
-    frame = evaluate(designs, [*names, "time_ratio"])
-    share = frame["time_ratio"] / (1.0 + frame["time_ratio"])  # of the slow stroke, which drives
-    mean = share * frame["drive_torque_mean_drive"] + (1.0 - share) * frame["drive_torque_mean_return"]
-    peak = np.maximum(frame["drive_torque_max_cycle"], -frame["drive_torque_min_cycle"])
-    assert ((mean - frame["drive_torque_mean_cycle"]).abs() <= 1e-9 * peak).all()
-    for first, second in (("drive", "return"), strokes):
-        for name, choose in (
-            ("drive_torque_max", np.maximum),
-            ("drive_torque_min", np.minimum),
-            ("pin_force_b_max", np.maximum),
-        ):
-            whole, parts = frame[f"{name}_cycle"], choose(frame[f"{name}_{first}"], frame[f"{name}_{second}"])
-            assert ((whole - parts).abs() <= 2e-9 * whole.abs()).all()
-    halves = [evaluate(designs, ["drive_torque_mean"], window={"from": start, "to": start + 180.0})
-              for start in (40.0, 220.0)]  # fmt: skip
-    mean = 0.5 * sum(half["drive_torque_mean"] for half in halves)
-    assert ((mean - frame["drive_torque_mean_cycle"]).abs() <= 1e-9 * peak).all()
 
 
 @BRANCHES

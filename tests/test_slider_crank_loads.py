@@ -1,4 +1,4 @@
-"""Slider-cranks under load: forces by the equations of Newton and Euler, balances of power and work."""
+"""Slider-cranks under load: forces by the equations of Newton and Euler and by MuJoCo, and their net work."""
 
 import math
 
@@ -23,7 +23,6 @@ LOADS = {
     "rod_mass": st.floats(0.1, 10.0),
     "rod_inertia": st.floats(1e-4, 0.1),
 }
-CONSERVATIVE = ("constant_force", "stiffness", "mass", "crank_mass", "rod_mass", "rod_inertia")
 CENTROIDS = {
     f"{link}_centroid": st.integers(-50, 150).map(lambda percent: percent / 100.0) for link in ("crank", "rod")
 }
@@ -39,9 +38,9 @@ def sliders(draw):
 
 
 @st.composite
-def loads(draw, names=tuple(LOADS)):
+def loads(draw):
     """Some of the loads, at least one, and centroids of the links."""
-    chosen = draw(st.lists(st.sampled_from(names), min_size=1, unique=True))
+    chosen = draw(st.lists(st.sampled_from(sorted(LOADS)), min_size=1, unique=True))
     return {name: draw(LOADS[name]) for name in chosen} | {name: draw(share) for name, share in CENTROIDS.items()}
 
 
@@ -112,30 +111,6 @@ def test_forces_agree_with_mujoco():
         assert np.abs(exact["drive_torque"] - torque).max() <= 1e-11 * scale * crank, design
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
-@given(sliders(), loads(), friction_shares)
-def test_power_balances(slider, load, share):
-    """The torque at the crank is the sum of the powers of inertia, weight and load, and that of friction is lost."""
-    design = with_friction(slider, share) | load
-    motion = explore.simulate("slider-crank", design, angles=ANGLES)
-    reference = newton_euler_slider.forces(design, np.deg2rad(ANGLES))
-    velocity = reference["velocity"]
-    # the rod takes what it gives to the slider, the rest is left in crank and rod
-    given_power = (
-        reference["crank_pin_force"]
-        * newton_euler_slider.kinematics(newton_euler_slider.DEFAULTS | design, np.deg2rad(ANGLES))[0][1]
-    )
-    arm = design.get("crank_centroid", 0.5) * 1e-3 * design["crank"] * np.cos(np.deg2rad(ANGLES))
-    weight = design.get("crank_mass", 0.0) * 9.80665 * design["speed"] * arm
-    scale = np.abs(motion["drive_power"]).max()
-    assert np.abs(motion["drive_power"] - given_power.sum(axis=1) - weight).max() <= 1e-12 * scale
-    assert motion["drive_power"].to_numpy() == pytest.approx(motion["drive_torque"] * design["speed"], rel=1e-15)
-    assert motion["positive_power"].to_numpy() == pytest.approx(np.maximum(motion["drive_power"], 0.0), rel=1e-15)
-    lost = design.get("opposing_force", 0.0) * np.abs(velocity) + design.get("damping", 0.0) * velocity**2
-    lost = lost - reference["friction"] * velocity
-    assert np.abs(motion["friction_power"] - lost).max() <= 1e-12 * max(lost.max(), scale)
-
-
 def evaluate(design, metrics, tolerance=1e-10):
     row = explore.evaluate("slider-crank", design, metrics=metrics, window="cycle", tolerance=tolerance).iloc[0]
     assert row["status"] == 1
@@ -156,14 +131,6 @@ def test_the_net_work_is_what_the_load_dissipates(slider, load, share):
         damping = design.get("damping", 0.0) * (1e-3 * row["slider_velocity_rms"]) ** 2 * 2.0 * math.pi
         opposing = 2e-3 * design.get("opposing_force", 0.0) * row["stroke"]
         assert row["net_work"] == pytest.approx(damping / design["speed"] + opposing, rel=3e-10)
-
-
-@settings(derandomize=True, deadline=None, max_examples=60)
-@given(sliders(), loads(CONSERVATIVE))
-def test_conservative_loads_do_no_net_work(slider, load):
-    row = evaluate(slider | load, ["drive_torque_mean", "drive_torque_rms", "net_work"])
-    assert row["net_work"] == 0.0
-    assert abs(row["drive_torque_mean"]) <= 1e-10 * row["drive_torque_rms"]
 
 
 def test_friction_that_can_lock_the_slider_is_a_status():
@@ -191,72 +158,3 @@ def test_designs_without_load_have_no_forces():
     assert table["thrust_peak"].isna().tolist() == [True, False]
     assert table["feasible"].tolist() == [False, True]
     assert "thrust" not in explore.simulate("slider-crank", design)
-
-
-def test_the_mirrored_linkage_has_mirrored_forces():
-    """With the offset on the other side and gravity upside down the guide pushes the other way, at mirrored angles."""
-    design = {"crank": 50.0, "rod": 170.0, "offset": 30.0, "speed": 20.0, "mass": 2.0, "rod_mass": 1.0, "friction": 0.1}
-    one = explore.simulate("slider-crank", design | {"gravity": 0.0}, angles=ANGLES)
-    other = explore.simulate("slider-crank", design | {"gravity": 0.0, "offset": -30.0}, angles=360.0 - ANGLES)
-    # the strokes are exchanged, and so is the sense of friction: without it the motion is the same backwards
-    assert one["slider_position"].to_numpy() == pytest.approx(other["slider_position"], rel=1e-14)
-    assert one["guide_force"].to_numpy() != pytest.approx(-other["guide_force"], rel=1e-3)
-    one, other = (
-        explore.simulate("slider-crank", design | {"gravity": 0.0, "friction": 0.0, "offset": offset}, angles=angles)
-        for offset, angles in ((30.0, ANGLES), (-30.0, 360.0 - ANGLES))
-    )
-    peak = one["guide_force"].abs().max()
-    assert np.abs(one["guide_force"].to_numpy() + other["guide_force"].to_numpy()).max() <= 1e-13 * peak
-    assert one["crank_pin_force"].to_numpy() == pytest.approx(other["crank_pin_force"], rel=1e-12)
-
-
-#: Designs whose guide force changes sign within the strokes, where the forces have corners.
-CORNERED = {
-    "crank": [84.04, 64.17, 31.71, 15.01], "rod": [203.6, 155.1, 132.1, 743.8], "offset": [0.83, 23.04, 34.92, 4.99],
-    "speed": [3.434, 24.2, 22.11, 12.12], "constant_force": [3.255, -160.7, 44.42, -178.5],
-    "opposing_force": [331.4, 171.7, 429.0, 68.2], "stiffness": [4545.0, 4498.0, 817.0, 4952.0], "mass": 5.0,
-    "rod_mass": 3.0, "friction": [0.23, 0.154, 0.2415, 0.0],
-}  # fmt: skip
-
-
-def test_statistics_of_forces_with_corners():
-    """Means and mean squares by Gauss rules between dead centres, corners and changes of sign."""
-    names = ["drive_torque_mean", "drive_torque_rms", "positive_power_mean", "crank_pin_force_rms", "thrust_rms"]
-    table = explore.evaluate("slider-crank", CORNERED, metrics=names, window="cycle")
-    nodes, weights = np.polynomial.legendre.leggauss(60)
-    for k, row in table.iterrows():
-        design = {name: float(np.broadcast_to(column, 4)[k]) for name, column in CORNERED.items()}
-        edges = np.array(corners(design))
-        half, centre = np.diff(edges) / 2.0, (edges[1:] + edges[:-1]) / 2.0
-        angles = (centre[:, None] + half[:, None] * nodes).ravel()
-        shares = (half[:, None] * weights).ravel() / (2.0 * math.pi)
-        forces = newton_euler_slider.forces(design, angles)
-        torque, pin, thrust = forces["drive_torque"], magnitude(forces["crank_pin_force"]), forces["thrust"]
-        rms = math.sqrt((shares * torque**2).sum())
-        assert row["status"] == 1
-        assert abs(row["drive_torque_mean"] - (shares * torque).sum()) <= row["error"] * rms
-        assert row["drive_torque_rms"] == pytest.approx(rms, rel=row["error"])
-        power = design["speed"] * np.maximum(torque, 0.0)
-        assert row["positive_power_mean"] == pytest.approx((shares * power).sum(), rel=2.0 * row["error"])
-        assert row["crank_pin_force_rms"] == pytest.approx(math.sqrt((shares * pin**2).sum()), rel=row["error"])
-        assert row["thrust_rms"] == pytest.approx(math.sqrt((shares * thrust**2).sum()), rel=row["error"])
-
-
-def corners(design):
-    """Angles of a turn from the outer dead centre between which all forces are smooth, rad."""
-    crank, rod, offset = design["crank"], design["rod"], design["offset"]
-    outer, inner = math.asin(offset / (rod + crank)), math.pi + math.asin(offset / (rod - crank))
-    edges = {outer, inner, outer + 2.0 * math.pi}
-    for start, stop in ((outer, inner), (inner, outer + 2.0 * math.pi)):
-        angles = np.linspace(start, stop, 2001)[1:-1]
-        edges |= {*angles[::250]}
-        for name in ("guide_force", "drive_torque"):
-            values = newton_euler_slider.forces(design, angles)[name]
-            for at in np.flatnonzero(values[:-1] * values[1:] < 0.0):
-                low, high = angles[at], angles[at + 1]
-                for _ in range(50):
-                    middle = 0.5 * (low + high)
-                    same = newton_euler_slider.forces(design, np.array([middle]))[name][0] * values[at] > 0.0
-                    low, high = (middle, high) if same else (low, middle)
-                edges.add(low)
-    return sorted(edges)

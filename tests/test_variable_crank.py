@@ -1,4 +1,4 @@
-"""The variable crank: published and 40-digit values, identities, hard designs, statuses."""
+"""The variable crank: published and 40-digit values, hard designs, statuses."""
 
 import json
 from pathlib import Path
@@ -168,38 +168,6 @@ def test_the_groove_against_40_digits(hard):
             assert motion["groove_curvature"].iloc[k] == pytest.approx(
                 curvature, abs=1e-13 * (1.0 + 1.0 / hard[1]) * (1.0 + terms) / float(crank)
             )
-
-
-@pytest.mark.parametrize("hard", HARD, ids=str)
-def test_without_friction_no_net_work_is_done(hard):
-    """Positive work is m V^2 for any law with one largest speed in each half-turn.
-
-    Angles are rounded to 1e-16, of a reversal of 1 mrad 1e-13; the bound is relative to the rms of the power, 90 times
-    its mean there, and sums up.
-    """
-    design = {**hard_design(*hard), "mass": 3.0}
-    row = evaluate(design, ["positive_work", "net_work", "drive_torque_rms"], tolerance=2e-9)
-    work = 3.0 * (1e-3 * design["slider_speed"]) ** 2
-    assert row["positive_work"] == pytest.approx(work, rel=1e-9)
-    assert abs(row["net_work"]) <= 1e-9 * work
-
-
-def test_net_work_is_that_of_friction():
-    """With a light rod angle the guide force is close to the weight: stroke twice, times friction and weight."""
-    design = {**PLAIN, "mass": 5.0, "friction": 0.1, "gravity": 9.81}
-    row = evaluate(design, ["stroke", "net_work", "positive_work"])
-    assert row["net_work"] == pytest.approx(2.0 * 1e-3 * row["stroke"] * 0.1 * 5.0 * 9.81, rel=0.02)
-    # the sums of 7,200 points of the specification have 5 digits
-    assert row["net_work"] == pytest.approx(2.0851, rel=3e-5)
-    assert row["positive_work"] == pytest.approx(5.0268, rel=3e-5)
-
-
-def test_net_work_is_what_the_load_dissipates():
-    """The opposing force over both strokes, and the damper; force and spring give back what they take."""
-    row = evaluate({**PLAIN, **LOADS}, ["stroke", "slider_velocity_rms", "net_work", "drive_torque_mean"])
-    damping = LOADS["damping"] * (1e-3 * row["slider_velocity_rms"]) ** 2 * 2.0 * np.pi / PLAIN["speed"]
-    assert row["net_work"] == pytest.approx(damping + 2e-3 * LOADS["opposing_force"] * row["stroke"], rel=2e-9)
-    assert 2.0 * np.pi * row["drive_torque_mean"] == pytest.approx(row["net_work"], rel=1e-8)
 
 
 def test_strokes_and_lengths_only_scale():
