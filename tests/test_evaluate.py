@@ -115,6 +115,7 @@ def test_speeds_share_one_kinematic_evaluation(order):
     else:
         repeated = {k: np.tile(v, 3) for k, v in designs.items()} | {"speed": np.repeat(speeds, 200)}
     metrics = ["cv", "rocker_velocity_mean", "rocker_acceleration_max", "coupler_acceleration_variance"]
+    metrics.append("rocker_acceleration_std")
 
     one = explore.evaluate("crank-rocker", designs, metrics=metrics)
     three = explore.evaluate("crank-rocker", repeated, metrics=metrics)
@@ -125,9 +126,8 @@ def test_speeds_share_one_kinematic_evaluation(order):
         np.testing.assert_array_equal(rows["cv"], one["cv"])
         # one product each, rounded once or (for powers) a few times
         np.testing.assert_allclose(rows["rocker_velocity_mean"], one["rocker_velocity_mean"] * speed, rtol=3e-16)
-        np.testing.assert_allclose(
-            rows["rocker_acceleration_max"], one["rocker_acceleration_max"] * speed**2, rtol=5e-16
-        )
+        for name in ("rocker_acceleration_max", "rocker_acceleration_std"):
+            np.testing.assert_allclose(rows[name], one[name] * speed**2, rtol=5e-16)
         np.testing.assert_allclose(
             rows["coupler_acceleration_variance"], one["coupler_acceleration_variance"] * speed**4, rtol=1e-15
         )

@@ -1,4 +1,4 @@
-"""Gear pairs by second roads: mpmath, identities, dense samples, limits, and what is refused."""
+"""Gear pairs by second roads: mpmath, closure, dense samples, limits, and what is refused."""
 
 import mpmath as mp
 import numpy as np
@@ -115,24 +115,6 @@ def test_the_arctangent_is_unwrapped(branch):
     integrals = half * (signals_of(design, angles, True)[columns.SPEED_RATIO].reshape(-1, 20) * weights).sum(axis=1)
     driven = signals_of(design, ends, True)[columns.DRIVEN_ANGLE]
     np.testing.assert_allclose(np.diff(driven), integrals, rtol=0, atol=1e-13)
-
-
-def test_equal_perimeters_and_the_identity_of_the_curvatures():
-    for order in (0, 1, 2, 3):
-        designs = random_designs(10, 30 + order, return_order=order)
-        for k in range(10):
-            design = one_of(designs, k)
-            _, rows = both_sectors(design)
-            ratio, distance = rows[columns.RATIO], design["centre_distance"]
-            np.testing.assert_allclose(rows[columns.DRIVER_RADIUS] + rows[columns.DRIVEN_RADIUS], distance, rtol=1e-15)
-            # gear 2: its radius and its slope by its own angle
-            slope = distance * rows[columns.RATIO_RATE] / (1.0 + ratio) ** 2
-            length = np.hypot(rows[columns.DRIVEN_RADIUS] * rows[columns.SPEED_RATIO], slope)
-            np.testing.assert_allclose(rows[columns.PITCH_LENGTH], length, rtol=1e-14)
-            identity = (1.0 + ratio) ** 2 / (distance * ratio) * np.cos(rows[columns.PITCH_TILT])
-            total = rows[columns.DRIVER_CURVATURE] + rows[columns.DRIVEN_CURVATURE]
-            terms = rows[columns.DRIVER_TERMS] + rows[columns.DRIVEN_TERMS]
-            np.testing.assert_array_less(np.abs(total - identity), 1e-14 * terms)
 
 
 @pytest.mark.parametrize("order", [0, 1, 2, 3])
