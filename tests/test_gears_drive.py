@@ -77,6 +77,39 @@ def test_ripple_is_that_of_brute_force(branch, order):
         assert expected - 1e-9 <= table["ripple"][k] <= expected + 2e-4, one_of(designs, k)
 
 
+@pytest.mark.parametrize(
+    ("growth", "sector", "branch", "trains", "shift"), [(6.1101, 5.9833, 18, 7, 0.1326), (1.6716, 5.695, 3, 4, 0.3312),
+    (2.2889, 5.6936, 3, 12, 0.3891), (5.3857, 5.8023, 5, 1, 0.2022), (1.2446, 1.1064, 29, 2, 2.315)],
+)  # fmt: skip
+def test_ripple_of_a_return_that_oscillates_fast(growth, sector, branch, trains, shift):
+    """Steps of a thirtieth of a turn saw the plateau alone, and a ripple of 0 in place of 0.9999."""
+    design = {
+        "growth": growth, "sector": sector, "centre_distance": 150.0, "branch": float(branch), "trains": float(trains),
+        "phase_shift": shift,
+    }  # fmt: skip
+    expected = brute_force_ripple(design)
+    ripple = evaluate(design, ["ripple"])["ripple"][0]
+    # samples miss a corner by the slope times their distance
+    assert expected - 1e-9 <= ripple <= expected + 2e-3 * (1.0 - expected) + 2e-4
+
+
+@pytest.mark.parametrize("trains", [2, 5, 12])
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_dip_between_two_trains_is_not_missed(order, trains):
+    """Just beyond the largest shift the dips are narrower than any distance of nodes, 2e-4 of a turn and less."""
+    design = BASE | {"return_order": order, "trains": float(trains), "growth": 1.9}
+    shift = evaluate(design, ["phase_shift_max"])["phase_shift_max"][0]
+    for excess in (3e-6, 1e-4, 3e-3):
+        shifted = design | {"phase_shift": shift * (1.0 + excess)}
+        names = ["ripple", "overall_ratio_min_cycle", "overall_ratio_max_cycle"]
+        row = evaluate(shifted, names).iloc[0]
+        plateau = 1.9 ** shifted["phase_shift"]
+        assert abs(row["overall_ratio_max_cycle"] - plateau) <= row["error"] * plateau
+        # the ripple is found to the rounding of ratios
+        lowest = (1.0 - row["ripple"]) * plateau
+        assert abs(row["overall_ratio_min_cycle"] - lowest) <= (row["error"] + 1e-14) * plateau
+
+
 def test_on_branch_2_the_plateau_is_not_the_largest_ratio():
     """The plateau would be 1.2247."""
     row = evaluate(BASE | {"branch": 2, "phase_shift": 0.5}, ["train_ratio_max", "overall_ratio_max", "ripple"]).iloc[0]

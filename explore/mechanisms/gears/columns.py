@@ -4,21 +4,23 @@ from explore.model.points import record_rows
 
 # Constants of both laws: ln m, the sector b, the law constant k, the ratio at 0, the driven angle at b, and the order
 # of the return law; of the sine law: C1, C0, C3 - C0, the angle of the lowest ratio before the joint, and the
-# constants of the integral; then the pair's and the drive's parameters, and the joints as half-tangents.
+# constants of the integral; then the pair's and the drive's parameters, and the joints as half-tangents; the input
+# angles at which the second pair of the first train is at the end and at the start of its working sector.
 LOG_GROWTH, SECTOR_ANGLE, CONSTANT, START, DRIVEN_SECTOR, ORDER = range(6)
 FREQUENCY, AMPLITUDE, LOWEST, DIP = 6, 7, 8, 9
 BETA, ONE_LESS_BETA, SCALE, OFFSET = 10, 11, 12, 13
 DISTANCE, N_TRAINS, SHIFT = 14, 15, 16
 START_JOINT, END_JOINT = 17, 18
-GEARS_SIZE = 19
+SECOND_END, SECOND_START = 19, 20
+GEARS_SIZE = 21
 
 # Rows of the signals.
 RATIO, RATIO_RATE, RATIO_ACCELERATION, SPEED_RATIO, SPEED_RATIO_RATE, DRIVEN_ANGLE = range(6)
 DRIVER_RADIUS, DRIVEN_RADIUS, PITCH_TILT, PITCH_LENGTH, DRIVER_CURVATURE, DRIVEN_CURVATURE = range(6, 12)
-DRIVER_TERMS, DRIVEN_TERMS, TRAIN_RATIO, OVERALL_RATIO = range(12, 16)
-SIGNAL_ROWS = 16
+DRIVER_TERMS, DRIVEN_TERMS, TRAIN_RATIO, OVERALL_RATIO, FIRST_JOINTS, SECOND_JOINTS = range(12, 18)
+SIGNAL_ROWS = 18
 
-RATIOS, ANGLES, PITCH_CURVES, TRAIN, DRIVE = 1, 2, 4, 8, 16
+RATIOS, ANGLES, PITCH_CURVES, TRAIN, DRIVE, JOINTS = 1, 2, 4, 8, 16, 32
 
 
 #: Rows of a tile of designs after the constants: status, parameters, metrics.

@@ -73,9 +73,13 @@ _SIGNALS = (
     Signal("driven_curvature", "1/mm", "curvature of gear 2's pitch curve, convex positive", columns.DRIVEN_CURVATURE,
            columns.PITCH_CURVES, terms_row=columns.DRIVEN_TERMS),
     Signal("train_ratio", "1", "output over input velocity of one train of two pairs", columns.TRAIN_RATIO,
-           columns.TRAIN),
+           columns.TRAIN, has_corners=True, corners_at=("second_joints",)),
     Signal("overall_ratio", "1", "output over input velocity of all trains, behind the clutches",
-           columns.OVERALL_RATIO, columns.DRIVE),
+           columns.OVERALL_RATIO, columns.DRIVE, has_corners=True, corners_at=("first_joints", "second_joints")),
+    Signal("first_joints", "1", "0 where the first pair of a train is at a joint of working sector and return",
+           columns.FIRST_JOINTS, columns.JOINTS),
+    Signal("second_joints", "1", "0 where the second pair of a train is at a joint of working sector and return",
+           columns.SECOND_JOINTS, columns.JOINTS),
 )  # fmt: skip
 
 _WINDOWS = (
@@ -121,7 +125,7 @@ GEARS = Mechanism(
     | {("ratio_acceleration", "cycle")},
     default_metrics={"": _DEFAULT_METRICS},
     objectives=("drive_ratio_max:max", "tangent_tilt_max:min", "convexity_driven:max"),
-    kernel_version="6",
+    kernel_version="7",
     n_constants=Row.STATUS,
     rows=Row,
     signal_rows=columns.SIGNAL_ROWS,

@@ -12,11 +12,20 @@ import math
 
 from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
-from explore.mechanisms.gears.columns import CONSTANT, LOG_GROWTH, N_TRAINS, SECTOR_ANGLE, SHIFT
+from explore.mechanisms.gears.columns import (
+    CONSTANT,
+    DRIVEN_SECTOR,
+    LOG_GROWTH,
+    N_TRAINS,
+    SECOND_END,
+    SECOND_START,
+    SECTOR_ANGLE,
+    SHIFT,
+)
 from explore.mechanisms.gears.golden import narrowed, sections
 from explore.mechanisms.gears.law import driven_angle_at, driver_angle_at, ratio_in_turn
 
-#: Number of steps of the grid of each train's angles on which the lowest ratio is looked for.
+#: Number of steps of a grid on which the lowest ratio is looked for, per period of the return.
 _GRID = 32
 #: Number of golden sections about a lowest angle of the grid.
 _SECTIONS = 75
@@ -42,6 +51,25 @@ def overall_ratio_at(constants, lane, angle, driven_angle):
 
 
 @subroutine()
+def solve_second_joints(constants, lane):
+    """Fill the input angles at which the second pair of the first train is at the ends of its working sector."""
+    shift, sector, turn = constants[SHIFT * LANES + lane], constants[SECTOR_ANGLE * LANES + lane], 2.0 * math.pi
+    end, start = sector - shift, turn - shift
+    end = end + turn if end < 0.0 else end
+    constants[SECOND_END * LANES + lane] = driven_angle_at(constants, lane, end, end > sector)
+    constants[SECOND_START * LANES + lane] = driven_angle_at(constants, lane, start, start > sector)
+
+
+@subroutine()
+def joints_at(constants, lane, driven_angle):
+    """Two numbers that change their signs at an input angle where a first or a second pair of a train is at a joint."""
+    half = 0.5 * constants[N_TRAINS * LANES + lane]
+    first = math.sin(half * driven_angle) * math.sin(half * (driven_angle - constants[DRIVEN_SECTOR * LANES + lane]))
+    end = math.sin(half * (driven_angle - constants[SECOND_END * LANES + lane]))
+    return first, end * math.sin(half * (driven_angle - constants[SECOND_START * LANES + lane]))
+
+
+@subroutine()
 def solve_shift(log_growth, sector, constant, trains):
     """The largest phase shift without ripple, rad, and the ratio of the drive at it.
 
@@ -59,21 +87,35 @@ def ripple_of(constants, lane, branch, largest_shift):
     shift, sector = constants[SHIFT * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
     if shift == 0.0 or (branch == 1.0 and shift <= largest_shift):
         return 0.0
-    spacing = 2.0 * math.pi / constants[N_TRAINS * LANES + lane]
-    log_growth = constants[LOG_GROWTH * LANES + lane]
-    if branch == 1.0 and shift < sector:
+    trains, first = int(constants[N_TRAINS * LANES + lane]), 0.0
+    spacing, log_growth = 2.0 * math.pi / trains, constants[LOG_GROWTH * LANES + lane]
+    if shift < sector:
         # between the end of one train's plateau and the start of the next one's
-        highest = math.exp(log_growth * shift)
-        first = constants[CONSTANT * LANES + lane] * math.expm1(log_growth * (sector - shift))
-    else:
-        highest, first = -_least(constants, lane, 0.0, 2.0 * math.pi, True), 0.0
-    lowest, trains = highest, int(constants[N_TRAINS * LANES + lane])
+        first = min(constants[CONSTANT * LANES + lane] * math.expm1(log_growth * (sector - shift)), spacing)
+    lowest = math.inf
     # The trains in turn: where one turns much faster than the input, its own angles resolve the ratio.
     for train in range(trains):
         low = driver_angle_at(constants, lane, first + train * spacing)
         high = 2.0 * math.pi if train == trains - 1 else driver_angle_at(constants, lane, (train + 1) * spacing)
-        lowest = min(lowest, _least(constants, lane, low, high, False))
-    return (highest - lowest) / highest
+        lowest = min(lowest, _least(constants, lane, low, high, _GRID, False))
+    if branch == 1.0 and shift < sector:
+        highest = math.exp(log_growth * shift)
+    else:
+        highest = -_least_off_plateau(constants, lane, branch, True)
+        lowest = min(lowest, _least_off_plateau(constants, lane, branch, False))
+    return (highest - min(lowest, highest)) / highest
+
+
+@subroutine()
+def _least_off_plateau(constants, lane, branch, of_one):
+    """The least `_value` with the first or the second pair of a train in its return, which oscillates on a branch."""
+    shift, sector = constants[SHIFT * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
+    turn, steps = 2.0 * math.pi, _GRID * int(branch)
+    least = _least(constants, lane, sector, turn, steps, of_one)
+    least = min(least, _least(constants, lane, max(sector - shift, 0.0), turn - shift, steps, of_one))
+    if shift > sector:
+        least = min(least, _least(constants, lane, turn + sector - shift, turn, steps, of_one))
+    return least
 
 
 @subroutine()
@@ -86,15 +128,15 @@ def _value(constants, lane, angle, of_one):
 
 
 @subroutine()
-def _least(constants, lane, start, stop, of_one):
+def _least(constants, lane, start, stop, steps, of_one):
     """The least `_value` between two angles: golden sections about each lowest angle of a grid."""
-    step = (stop - start) / _GRID
+    step = (stop - start) / steps
     here = _value(constants, lane, start, of_one)
     before, least = math.inf, here
-    for j in range(_GRID + 1):
-        after = math.inf if j == _GRID else _value(constants, lane, start + (j + 1) * step, of_one)
+    for j in range(steps + 1):
+        after = math.inf if j == steps else _value(constants, lane, start + (j + 1) * step, of_one)
         if here <= before and here <= after:
-            low, high = start + max(j - 1, 0) * step, start + min(j + 1, _GRID) * step
+            low, high = start + max(j - 1, 0) * step, start + min(j + 1, steps) * step
             least = min(least, _refine(constants, lane, low, high, of_one))
         before, here = here, after
     return least

@@ -7,7 +7,14 @@ from explore.base.lanes.arctangent import arctangent
 from explore.base.subroutines import subroutine
 from explore.mechanisms.gears import columns
 from explore.mechanisms.gears.columns import Row
-from explore.mechanisms.gears.drive import overall_ratio_at, ripple_of, solve_shift, train_ratio_at
+from explore.mechanisms.gears.drive import (
+    joints_at,
+    overall_ratio_at,
+    ripple_of,
+    solve_second_joints,
+    solve_shift,
+    train_ratio_at,
+)
 from explore.mechanisms.gears.geometry import (
     extremes_of_ratio,
     fill_pitch_curves,
@@ -109,6 +116,7 @@ def close(record):
             record[metric * LANES + lane] = math.nan
         if status == _OK:
             _fill_constants(record, lane)
+            solve_second_joints(record, lane)
             _fill_metrics(record, lane)
 
 
@@ -192,7 +200,7 @@ def _fill_speed_ratios(out):
 
 @subroutine()
 def _fill_trains(constants, tangents, anchor, is_return, needs, out):
-    """Fill the ratios of one train and of all."""
+    """Fill the ratios of one train and of all, and the numbers that change their signs at joints."""
     for lane in range(LANES):
         angle = _working_angle(constants, tangents, lane, anchor)
         if is_return:
@@ -202,12 +210,15 @@ def _fill_trains(constants, tangents, anchor, is_return, needs, out):
         if needs & columns.DRIVE:
             driven_angle = out[columns.DRIVEN_ANGLE * LANES + lane]
             out[columns.OVERALL_RATIO * LANES + lane] = overall_ratio_at(constants, lane, angle, driven_angle)
+        if needs & columns.JOINTS:
+            first, second = joints_at(constants, lane, out[columns.DRIVEN_ANGLE * LANES + lane])
+            out[columns.FIRST_JOINTS * LANES + lane], out[columns.SECOND_JOINTS * LANES + lane] = first, second
 
 
 @compiled(FILL_SIGNATURE)
 def fill(constants, tangents, anchor, law, _variant, count, needs, out):
     """Fill the signals, in rad and mm; law 0 is the working sector, 1 the return; see `Mechanism.fill`."""
-    needs_angle = needs & (columns.ANGLES | columns.DRIVE) != 0
+    needs_angle = needs & (columns.ANGLES | columns.DRIVE | columns.JOINTS) != 0
     for j in range(count):
         node, signals = tangents[j * LANES :], out[j * columns.SIGNAL_ROWS * LANES :]
         if law == 1:
@@ -223,5 +234,5 @@ def fill(constants, tangents, anchor, law, _variant, count, needs, out):
             _fill_speed_ratios(signals)
         if needs & columns.PITCH_CURVES:
             fill_pitch_curves(constants, signals)
-        if needs & (columns.TRAIN | columns.DRIVE):
+        if needs & (columns.TRAIN | columns.DRIVE | columns.JOINTS):
             _fill_trains(constants, node, anchor, law == 1, needs, signals)
