@@ -14,8 +14,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import betaincinv
 
-from explore.analysis.sensitivity.jackknife import half_width
+from explore.analysis.sensitivity.jackknife import CONFIDENCE, half_width
 from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.studies.designs.samplers import sobol
@@ -25,6 +26,8 @@ from explore.studies.designs.spaces import BLOCK_SIZE
 LEAST_REPLICATES = 16
 #: Least number of points of a scramble.
 LEAST_SIZE = 64
+#: Number of pairs, known to an eighth then, below which an interval follows from it and not from its spread alone.
+_FEW = 64
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,10 @@ class PairedPoints:
         count = self.size * self.replicates
         value = _indices(together, count)
         half = half_width(np.moveaxis(_indices(together - moments, count - self.size), 1, -1))
-        first_order, total = (Estimate(*each) for each in zip(value, value - half, value + half, strict=True))
+        low, high = value - half, value + half
+        if np.array_equal(moments[..., 0], moments[..., 1]):  # the squares of 0 and 1
+            low, high = _widened(low, high, together[:, :2], count)
+        first_order, total = (Estimate(*each) for each in zip(value, low, high, strict=True))
         return first_order, total
 
 
@@ -126,6 +132,29 @@ def _indices(sums: FloatArray, count: int) -> FloatArray:
         correlations = (product - mean**2) / (square - mean**2)
     one, others, none = np.moveaxis(correlations, -1, 0)
     return np.array([one - others * none, 1.0 - others])
+
+
+def _widened(low: FloatArray, high: FloatArray, sums: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """The ends of the intervals of an indicator, at least as far as Clopper's and Pearson's where few pairs decide.
+
+    Pairs that are rarer than replicates do not show in the spread of these. A first-order index is from 0 to the total.
+    """
+    mean, _, both = np.moveaxis(sums, -1, 0)
+    rare = np.minimum(mean, count - mean)
+    both = both + rare - mean
+    either = 2.0 * rare - both
+    tail = 0.5 - 0.5 * CONFIDENCE
+    with np.errstate(divide="ignore", invalid="ignore"):
+        least = np.where(both > 0.0, betaincinv(both, either - both + 1.0, tail), 0.0)
+        greatest = np.where(both < either, betaincinv(both + 1.0, either - both, 1.0 - tail), 1.0)
+        ends = np.array([least, greatest]) * either / count
+        means = 0.5 * (either / count + ends)
+        correlations = (ends - means**2) / (means - means**2)
+    is_few = (np.minimum(both, either - both) < _FEW).any(axis=1, keepdims=True)
+    (one_low, others_low), (one_high, others_high) = np.swapaxes(np.where(is_few, correlations, np.nan), 1, 2)
+    total_high = np.fmax(high[1], 1.0 - others_low)
+    low = np.fmin(low, [np.maximum(one_low, 0.0), 1.0 - others_high])
+    return low, np.fmax(high, [np.minimum(one_high, total_high), total_high])
 
 
 def _power_of_two(limit: int) -> int:

@@ -35,6 +35,12 @@ if TYPE_CHECKING:
 FEASIBLE = "feasible"
 #: Filling of the ranges by sampling methods that do not fill them at random.
 _FILLINGS: dict[object, Filling] = {"sobol": "even", "grid": "complete"}
+#: Kind of the designs of results that were not drawn from all of the ranges, by what drew them.
+_CHOSEN: dict[object, str] = {
+    "refinement": "designs drawn around a Pareto set",
+    "synthesis": "designs that a search found",
+    "tolerances": "designs that were chosen",
+}
 
 
 def sensitivity(
@@ -151,8 +157,8 @@ def plan_sensitivity(
         study = parse_study(results.config, str(results.path), results.path.parent, results.target)
         feasibility = plan_feasibility(study, evaluations, seed)
         parameters = feasibility.parameters
-    if results.keep != "all" or sampler == "refinement":
-        kind = "only the Pareto set" if results.keep != "all" else "designs drawn around a Pareto set"
+    kind = "only the Pareto set" if results.keep != "all" else _CHOSEN.get(sampler)
+    if kind is not None:
         notes.append(
             f"{', '.join(names)}: not apportioned, because {results.path} has {kind}, not designs from all of the "
             "ranges; use the results of a sweep that keeps all designs"
