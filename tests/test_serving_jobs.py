@@ -239,19 +239,6 @@ def test_limits_refuse_in_words(jobs, tmp_path):
 # --- sweeps -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("keep", ["all", pytest.param("front", marks=pytest.mark.slow)])
-def test_results_are_those_of_the_command_line_to_the_byte(keep, tmp_path):
-    text = (ROOT / "configs/grid.toml").read_bytes()
-    (tmp_path / "grid.toml").write_bytes(text)
-    run("sweep", "grid.toml", "--keep", keep, "-o", "grid.h5", cwd=tmp_path)
-    with open_station(tmp_path / "served", Limits(), Work()) as station:
-        station.jobs.submit("grid", text, keep=keep)
-        wait_settled(station, "grid")
-        job = station.jobs.get("grid")
-    assert (job.state, job.reason, job.done) == (State.done, "", 226_800)
-    assert (tmp_path / "served/results/grid.h5").read_bytes() == (tmp_path / "grid.h5").read_bytes()
-
-
 def test_the_second_server_of_a_folder_says_who_serves_it(tmp_path):
     message = f"is served by process {os.getpid()} on host"
     with Folder(tmp_path).locked(), pytest.raises(ResultsError, match=message), Folder(tmp_path).locked():

@@ -66,21 +66,23 @@ def test_results_are_those_of_the_command_line_to_the_byte(processes, tmp_path):
     (tmp_path / "base.toml").write_text(BASE)
     (tmp_path / "task.toml").write_text(TASK)
     run("sweep", "base.toml", "-o", "base.h5", cwd=tmp_path)
+    run("sweep", "base.toml", "--keep", "front", "-o", "front.h5", cwd=tmp_path)
     run("synthesize", "task.toml", "-o", "task.h5", cwd=tmp_path)
     options = ("--metric", "cv", "--metric", "swing_angle", "--evaluations", "2000", "--seed", "7")
     run("refine", "base.h5", *options, "-o", "refined.h5", cwd=tmp_path)
     run("refine", "task.h5", "--evaluations", "300", "-o", "task-refined.h5", cwd=tmp_path)
     with open_station(tmp_path / "served", Limits(), Work(workers=2, processes=processes)) as station:
         station.jobs.submit("base", BASE.encode())
+        station.jobs.submit("front", BASE.encode(), keep="front")
         station.jobs.submit("task", TASK.encode(), kind=Kind.task)
-        wait_done(station, "base", "task")
+        wait_done(station, "base", "front", "task")
         chosen = refinement(metric=("cv", "swing_angle"), evaluations=2000, seed=7)
         station.jobs.submit("refined", chosen, kind=Kind.refinement)
         of_task = refinement(refine="task", evaluations=300)
         station.jobs.submit("task-refined", of_task, kind=Kind.refinement)
         wait_done(station, "refined", "task-refined")
         found = {job.name: job for job in station.jobs.in_order()}
-    for name, designs in (("base", 1024), ("task", 7), ("refined", 2000), ("task-refined", 300)):
+    for name, designs in (("base", 1024), ("front", 1024), ("task", 7), ("refined", 2000), ("task-refined", 300)):
         assert (tmp_path / f"served/results/{name}.h5").read_bytes() == (tmp_path / f"{name}.h5").read_bytes(), name
         assert (found[name].done, found[name].designs) == (designs, designs)
     assert [found[name].kind for name in ("base", "task", "refined")] == ["study", "task", "refinement"]

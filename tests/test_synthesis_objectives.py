@@ -147,17 +147,8 @@ def test_searches_lower_the_error_of_a_function(folder, results):
     assert found["output_error_max"].min() < best["output_error_max"]
     assert found["transmission_angle_worst"].min() >= 20.0
     run("rank", "results/log-refined.h5", cwd=folder)
-    run(
-        "tolerance",
-        "results/log-refined.h5",
-        "--tolerance",
-        "crank=0.1",
-        "--draws",
-        "64",
-        "--design",
-        str(found.index[0]),
-        cwd=folder,
-    )
+    options = ("--tolerance", "crank=0.1", "--draws", "64", "--design", found.index[0])
+    run("tolerance", "results/log-refined.h5", *options, cwd=folder)
     run("report", "results/log-refined.h5", "-o", "refined.html", cwd=folder)
     polished = run("polish", "results/log.h5", "--json", cwd=folder).stdout
     assert json.loads(polished)[0]["output_error_max"] < 0.8 * best["output_error_max"]
