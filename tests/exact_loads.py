@@ -8,7 +8,8 @@ force, and are graded geometrically towards dead centres and towards the angles 
 from functools import cache
 from itertools import pairwise
 
-from flint import arb
+import numpy as np
+from flint import arb, ctx
 from numpy.polynomial.legendre import leggauss
 
 _NODES, _FINEST = 12, 24
@@ -276,6 +277,20 @@ class ExactFourBar(Loaded):
         """Factors x, y with x first + y second = right."""
         determinant = _cross(first, second)
         return _cross(right, second) / determinant, _cross(first, right) / determinant
+
+
+def assert_signals(motion, exact, design, velocity):
+    """Every signal under load of a motion is that of free bodies, to 1e-12 of its peak, or of that of the power."""
+    with ctx.workprec(256):
+        bodies, senses = exact(design), np.sign(motion[velocity].to_numpy()).astype(int).tolist()
+        angles = [arb(degrees) * arb.pi() / 180 for degrees in motion.index]
+        rows = [bodies.at(angle, sense) for angle, sense in zip(angles, senses, strict=True)]
+    powers = {name for name in rows[0] if name.endswith("power")}
+    true = {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    of_powers = max(np.abs(true[name]).max() for name in powers)
+    for name, values in true.items():
+        size = of_powers if name in powers else np.abs(values).max()
+        assert np.abs(motion[name] - values).max() <= 1e-12 * size, name
 
 
 class ExactSliderCrank(Loaded):

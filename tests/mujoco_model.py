@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+import explore
+
 
 @dataclass(frozen=True)
 class Body:
@@ -130,3 +132,24 @@ def inverse_dynamics(bodies, cut, gravity, motion, loads, drive, guided=None):
         for name, number in numbers.items():
             pins[name][k] = data.cfrc_int[number, 3:5]
     return torque, pins
+
+
+def magnitude(force):
+    return np.hypot(*force.T)
+
+
+def rod_motion(mechanism, design, degrees):
+    """Positions, velocities and accelerations of both pins of a rod, m, each (3, t, 2), and its rates, each (t,).
+
+    The pin of the crank moves as a point of the rod, which other tests compare with 40 digits.
+    """
+    signals = explore.simulate(mechanism, design, angles=degrees, points={"b": (0.0, 0.0)})
+    kinds = ("", "velocity_", "acceleration_")
+    pin = 1e-3 * np.array([[signals[f"b_{kind}{axis}"] for axis in "xy"] for kind in kinds]).transpose(0, 2, 1)
+    slider = np.zeros_like(pin)
+    slider[..., 0] = [1e-3 * signals[f"slider_{name}"] for name in ("position", "velocity", "acceleration")]
+    slider[0, :, 1] = 1e-3 * design.get("offset", 0.0)
+    span = slider[0] - pin[0]
+    turning, spinning = (np.linalg.det(np.stack([span, slider[k] - pin[k]], axis=-1)) for k in (1, 2))
+    square = (span**2).sum(axis=1)
+    return pin, slider, turning / square, spinning / square

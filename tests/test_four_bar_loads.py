@@ -3,7 +3,7 @@
 import newton_euler
 import numpy as np
 import pytest
-from mujoco_model import Body, Cut, inverse_dynamics
+from mujoco_model import Body, Cut, inverse_dynamics, magnitude
 
 import explore
 from explore.base.units.shown import ShownUnits
@@ -41,10 +41,6 @@ def evaluate(designs, metrics, **options):
     defaults = {p.name: p.default for p in LOADS}
     columns = {name: np.array([({**defaults, **d})[name] for d in designs]) for name in {*defaults, *designs[0]}}
     return explore.evaluate("crank-rocker", columns, metrics=metrics, **{"window": "cycle", **options})
-
-
-def magnitude(pairs):
-    return np.hypot(*pairs.T)
 
 
 def test_forces_agree_with_newton_and_euler():
