@@ -215,6 +215,13 @@ class ExactFourBar(Loaded):
 
     def at(self, theta, sense):
         """Signals at a crank angle, the rocker turning in a sense."""
+        return self.balanced(theta, sense)[0]
+
+    def balanced(self, theta, sense, turned_by=(0, 0, 0)):
+        """The signals, the forces in the pins on crank, coupler, rocker and rocker, and the velocities of these links.
+
+        `turned_by` are torques on crank, coupler and rocker besides the load.
+        """
         r2, r3, w = self["coupler"] / 1000, self["rocker"] / 1000, self["speed"]
         ab = self["crank"] / 1000 * theta.cos(), self["crank"] / 1000 * theta.sin()
         pivot = (self["ground"] / 1000, arb(0))
@@ -252,8 +259,9 @@ class ExactFourBar(Loaded):
         load = self["constant_torque"] - self["opposing_torque"] * sense - spring - self["damping"] * w3
         about_d = self["inertia"] + self["rocker_inertia"]
         # dc x fc + load + arm x weight = about_d a3;  -(bc x fc) = I2 a2 + arm x f2
+        load += turned_by[2]
         of_rocker = about_d * a3 - load + arms[2][0] * self["rocker_mass"] * self["gravity"]
-        of_coupler = -(self["coupler_inertia"] * a2 + _cross(arms[1], f2))
+        of_coupler = turned_by[1] - self["coupler_inertia"] * a2 - _cross(arms[1], f2)
         fc = self._solve((-dc[1], -bc[1]), (dc[0], bc[0]), (of_rocker, of_coupler))
         fb, fd = _plus(fc, f2), _plus(f3, fc, -1)
         fa = _plus(fb, f1)
@@ -261,7 +269,7 @@ class ExactFourBar(Loaded):
         power = (
             _dot(f2, velocity) + self["coupler_inertia"] * a2 * w2 + about_d * a3 * w3
             + self["rocker_mass"] * self["gravity"] * arms[2][0] * w3 - load * w3
-            + self["crank_mass"] * self["gravity"] * arms[0][0] * w
+            + self["crank_mass"] * self["gravity"] * arms[0][0] * w - turned_by[0] * w - turned_by[1] * w2
         )  # fmt: skip
         torque = power / w
         return {
@@ -270,7 +278,7 @@ class ExactFourBar(Loaded):
             "drive_torque": torque, "power": power, "positive_power": power if bool(power > 0) else arb(0),
             "friction_power": self["opposing_torque"] * abs(w3) + self["damping"] * w3 * w3,
             **{f"pin_force_{pin}": _length(f) for pin, f in zip("abcd", (fa, fb, fc, fd), strict=True)},
-        }  # fmt: skip
+        }, (fa, fb, fc, fd), (w, w2, w3)  # fmt: skip
 
     @staticmethod
     def _solve(first, second, right):
@@ -279,8 +287,8 @@ class ExactFourBar(Loaded):
         return _cross(right, second) / determinant, _cross(first, right) / determinant
 
 
-def assert_signals(motion, exact, design, velocity):
-    """Every signal under load of a motion is that of free bodies, to 1e-12 of its peak, or of that of the power."""
+def assert_signals(motion, exact, design, velocity, tolerance=1e-12):
+    """Every signal under load of a motion is that of free bodies, relative to its peak, or to that of the power."""
     with ctx.workprec(256):
         bodies, senses = exact(design), np.sign(motion[velocity].to_numpy()).astype(int).tolist()
         angles = [arb(degrees) * arb.pi() / 180 for degrees in motion.index]
@@ -290,7 +298,7 @@ def assert_signals(motion, exact, design, velocity):
     of_powers = max(np.abs(true[name]).max() for name in powers)
     for name, values in true.items():
         size = of_powers if name in powers else np.abs(values).max()
-        assert np.abs(motion[name] - values).max() <= 1e-12 * size, name
+        assert np.abs(motion[name] - values).max() <= tolerance * size, name
 
 
 class ExactSliderCrank(Loaded):

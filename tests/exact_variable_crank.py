@@ -1,4 +1,4 @@
-"""The variable crank by its defining equations in 40 digits: integrals of the speed, roots of the loop, free bodies.
+"""The variable crank by its defining equations in 40 digits: integrals of the speed, roots of the loop.
 
 It shares nothing with the kernel: the slider's position is the integral of its speed, the branch of the root follows
 from the side of the regular angle, and derivatives are those of mpmath.
@@ -17,12 +17,8 @@ SMOOTHSTEPS = {
 class ExactVariableCrank:
     """One design; angles in rad, from 0 to pi or, on the way back, to 2 pi."""
 
-    def __init__(self, rod, slider_speed, speed, reversal_time, blend_order=2.0, mass=1.0, friction=0.0,
-                 gravity=9.80665, constant_force=0.0, opposing_force=0.0, stiffness=0.0, damping=0.0):  # fmt: skip
-        numbers = (rod, slider_speed, speed, reversal_time, mass, friction, gravity)
-        self.rod, self.wanted, self.speed, time, self.mass, self.friction, self.gravity = map(mp.mpf, numbers)
-        loads = (constant_force, opposing_force, stiffness, damping)
-        self.constant, self.opposing, self.stiffness, self.damping = map(mp.mpf, loads)
+    def __init__(self, rod, slider_speed, speed, reversal_time, blend_order=2.0):
+        self.rod, self.wanted, self.speed, time = map(mp.mpf, (rod, slider_speed, speed, reversal_time))
         self.order, self.paths = int(blend_order), {}
         self.width, self.travel = self.speed * time, self.wanted / self.speed
         rod, travel = self.rod, self.travel
@@ -80,29 +76,3 @@ class ExactVariableCrank:
         point = lambda turn: self.crank(turn) * mp.expj(turn)  # noqa: E731
         first, second = mp.diff(point, angle, 1), mp.diff(point, angle, 2)
         return (mp.conj(first) * second).imag / abs(first) ** 3
-
-    def forces(self, angle):
-        """Thrust, guide force, groove force (N) and drive torque (N m), by the balance of forces at slider and pin."""
-        crank, x = self.crank(angle), self.position(angle)
-        pin = crank * mp.expj(angle)
-        along = (x - pin) / self.rod  # unit vector of the rod, from the pin to the slider
-        velocity, acceleration = self.velocity(angle), self.acceleration(angle) / 1000
-        sense = mp.sign(velocity)
-        middle = (self.position(mp.mpf(0)) + self.position(mp.pi)) / 2
-        load = self.constant - sense * self.opposing - (self.stiffness * (x - middle) + self.damping * velocity) / 1000
-        # The rod pushes with S along itself, the guide with N across; friction is mu |N| against the velocity.
-        for side in (1, -1):
-            drag = self.friction * sense * side
-            push = (self.mass * acceleration - load + drag * self.mass * self.gravity) / (
-                along.real + drag * along.imag
-            )
-            guide = self.mass * self.gravity - push * along.imag
-            if guide * side >= 0:
-                break
-        # The pin carries -S of the rod; the slot of the disc gives a force across itself, the groove one across it.
-        radial, around = mp.expj(angle), 1j * mp.expj(angle)
-        tangent = self.crank_slope(angle) * radial + crank * around
-        normal = -1j * tangent / abs(tangent)  # outward
-        groove_force = push * (along * mp.conj(radial)).real / (normal * mp.conj(radial)).real
-        slot_force = push * (along * mp.conj(around)).real - groove_force * (normal * mp.conj(around)).real
-        return push * along.real, guide, groove_force, slot_force * crank / 1000

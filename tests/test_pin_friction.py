@@ -1,12 +1,13 @@
-"""Friction at pins: Newton and Euler's equations with friction put in again and again, torques by two roads,
+"""Friction at pins: free bodies with friction put in again and again, torques by two roads,
 and where friction may lock a linkage.
 """
 
 import mpmath
 import numpy as np
 import pytest
+from exact_loads import ExactFourBar
+from flint import arb, ctx
 from linkage_cases import CASES, FOUR_BAR, evaluate_graph, trace, with_loads
-from newton_euler import forces, kinematics
 from test_linkage_loads import ANGLES as REACHED
 from test_linkage_loads import TABLES
 
@@ -37,37 +38,35 @@ LENGTHS = {"r1": 30.0, "r2": 90.0, "r3": 70.0, "r4": 100.0}
 DESIGN = LENGTHS | AMOUNTS | {"mu": 0.1, "speed": 10.0}
 
 
-def substituted(values, theta):
+def substituted(values, degrees):
     """Drive torque, and forces of pins, with friction of the forces before put in until nothing changes."""
     design = dict(zip(("crank", "coupler", "rocker", "ground"), LENGTHS, strict=True))
     design = {name: values[own] for name, own in design.items()} | values
     design["rocker_inertia"] = values["own_inertia"] + values["rocker_mass"] * (0.5e-3 * values["r3"]) ** 2
-    _, _, w2, w3, _, _ = kinematics(design, theta)
-    w1, still = np.full_like(theta, values["speed"]), np.zeros_like(theta)
-    rates = {"a": (w1, still, 0, None), "b": (w1, w2, 0, 1), "c": (w2, w3, 1, 2), "d": (w3, still, 2, None)}
-    turned_by = [still, still, still]
-    for _ in range(200):
-        found, torque, _, _ = forces(design, theta, turned_by)
-        turned_by = [still, still, still]
-        for pin, (own, others, link, holder) in rates.items():
-            moment = 1e-3 * values["mu"] * values["radius"] * np.hypot(*found[pin].T) * np.sign(own - others)
-            turned_by[link] = turned_by[link] - moment
-            if holder is not None:
-                turned_by[holder] = turned_by[holder] + moment
-    return torque, found
+    with ctx.workprec(128):
+        exact, turned_by = ExactFourBar(design), [arb(0)] * 3
+        for _ in range(100):
+            signals, pins, rates = exact.balanced(arb(degrees) * arb.pi() / 180, 1, turned_by)
+            turned_by, (w1, w2, w3) = [arb(0)] * 3, rates
+            turnings = ((w1, 0, None), (w1 - w2, 0, 1), (w2 - w3, 1, 2), (w3, 2, None))
+            for (x, y), (turning, link, holder) in zip(pins, turnings, strict=True):
+                moment = (values["mu"] * values["radius"] * (x * x + y * y).sqrt() * turning.sgn()).mid() / 1000
+                turned_by[link] -= moment
+                if holder is not None:
+                    turned_by[holder] += moment
+    return float(signals["drive_torque"]), [[float(part) for part in pin] for pin in pins]
 
 
 @pytest.mark.parametrize("change", [{}, {"mu": 0.5}, {"speed": 40.0, "mu": 0.2}, {"r3": 60.2, "mu": 0.05}])
 def test_forces_and_torque_are_those_of_repeated_substitution(change):
     """Substitution gains at least a digit each second time; what is left is the rounding of its equations."""
     values = DESIGN | change
-    angles = np.arange(0.0, 360.0, 7.5) + 0.37
-    torque, found = substituted(values, np.radians(angles))
+    angles = np.arange(0.0, 360.0, 30.0) + 0.37
+    torque, found = zip(*(substituted(values, angle) for angle in angles), strict=True)
     motion = explore.simulate(ROUGH, values, angles=angles.tolist())
     assert motion["drive_torque"].to_numpy() == pytest.approx(torque, abs=1e-12 * np.abs(torque).max())
-    for pin, signal in zip("abcd", ("O_force_on_crank", "A_force_on_coupler", "B_force_on_rocker", "C_force_on_rocker"),
-                           strict=True):  # fmt: skip
-        expected = found[pin]
+    for pin, signal in enumerate(("O_force_on_crank", "A_force_on_coupler", "B_force_on_rocker", "C_force_on_rocker")):
+        expected = np.array(found)[:, pin]
         own = motion[[f"{signal}_x", f"{signal}_y"]].to_numpy()
         assert own == pytest.approx(expected, abs=1e-12 * np.abs(expected).max()), pin
 
