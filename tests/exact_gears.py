@@ -31,13 +31,8 @@ _SMOOTHSTEPS = {
 
 @cache
 def _rule():
-    """Nodes and weights between -1 and 1: those of NumPy, improved by Newton's method."""
-    rule = []
-    for start in map(float, leggauss(_NODES)[0]):
-        x = mp.findroot(lambda y: mp.legendre(_NODES, y), mp.mpf(start))
-        slope = _NODES * (x * mp.legendre(_NODES, x) - mp.legendre(_NODES - 1, x)) / (x * x - 1)
-        rule.append((x, 2 / ((1 - x * x) * slope**2)))
-    return rule
+    """24 nodes and weights between -1 and 1."""
+    return mp.calculus.quadrature.GaussLegendre(mp.mp).calc_nodes(4, mp.mp.prec)
 
 
 def _gauss(function, start, stop):

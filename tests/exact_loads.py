@@ -10,25 +10,14 @@ from itertools import pairwise
 
 import numpy as np
 from flint import arb, ctx
-from numpy.polynomial.legendre import leggauss
 
 _NODES, _FINEST = 12, 24
 
 
 @cache
 def _rule():
-    """Nodes and weights between -1 and 1: those of NumPy, improved by Newton's method."""
-    pairs = []
-    for start in map(float, leggauss(_NODES)[0]):
-        x = arb(start)
-        for _ in range(4):
-            x = (x - arb.legendre_p(x, _NODES) / _slope(x)).mid()
-        pairs.append((x, 2 / ((1 - x * x) * _slope(x) ** 2)))
-    return pairs
-
-
-def _slope(x):
-    return _NODES * (x * arb.legendre_p(x, _NODES) - arb.legendre_p(x, _NODES - 1)) / (x * x - 1)
+    """Ascending nodes between -1 and 1, and weights."""
+    return [arb.legendre_p_root(_NODES, k, weight=True) for k in reversed(range(_NODES))]
 
 
 def _cross(a, b):

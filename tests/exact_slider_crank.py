@@ -4,6 +4,7 @@ Position and rates are the textbook's, differentiated step by step; there are di
 Shares no formula with the package.
 """
 
+from functools import cache
 from itertools import pairwise
 
 import mpmath
@@ -13,7 +14,6 @@ DIGITS = 60
 SIGNALS = (
     "slider_position", "slider_velocity", "slider_acceleration", "rod_angle", "rod_velocity", "rod_acceleration",
 )  # fmt: skip
-_NODES = 24
 
 
 class ExactSliderCrank:
@@ -81,7 +81,8 @@ class ExactSliderCrank:
         found = [values[0][s], values[-1][s]]
         for k in range(len(angles) - 1):
             if values[k][rate] * values[k + 1][rate] <= 0:
-                root = _root(lambda angle: self._known(angle)[rate], angles[k], angles[k + 1])
+                ends = angles[k], angles[k + 1]
+                root = mpmath.findroot(lambda t: self._known(t)[rate], ends, solver="illinois", verify=False)
                 found.append(self.motion(root)[s])
         return min(found), max(found)
 
@@ -92,40 +93,7 @@ class ExactSliderCrank:
         return self._motions[angle]
 
 
-def _root(function, low, high):
-    """A root between two angles of opposite signs, by regula falsi of the Illinois kind; to half of the digits.
-
-    A stationary value is then good to all of them.
-    """
-    at_low, at_high = function(low), function(high)
-    for _ in range(200):
-        if at_high == at_low:
-            return low
-        middle = (low * at_high - high * at_low) / (at_high - at_low)
-        at_middle = function(middle)
-        if at_middle == 0 or abs(high - low) < mpf(10) ** -30:
-            return middle
-        if at_middle * at_high < 0:
-            low, at_low = high, at_high
-        else:
-            at_low /= 2
-        if abs(middle - high) < mpf(10) ** -30:
-            return middle
-        high, at_high = middle, at_middle
-    return middle
-
-
-def _rule(cache={}):  # noqa: B006  (a cache)
-    """Nodes and weights of the Gauss-Legendre rule on [-1, 1]."""
-    if not cache:
-        legendre = lambda x: mpmath.legendre(_NODES, x)  # noqa: E731
-        nodes = []
-        for k in range(_NODES):
-            x = mpmath.cos(mpmath.pi * (k + mpf(3) / 4) / (_NODES + mpf(1) / 2))
-            for _ in range(8):
-                slope = _NODES * (x * legendre(x) - mpmath.legendre(_NODES - 1, x)) / (x * x - 1)
-                x -= legendre(x) / slope
-            slope = _NODES * (x * legendre(x) - mpmath.legendre(_NODES - 1, x)) / (x * x - 1)
-            nodes.append((x, 2 / ((1 - x * x) * slope**2)))
-        cache["rule"] = nodes
-    return cache["rule"]
+@cache
+def _rule():
+    """24 nodes and weights of the Gauss-Legendre rule on [-1, 1]."""
+    return mpmath.calculus.quadrature.GaussLegendre(mpmath.mp).calc_nodes(4, mpmath.mp.prec)
