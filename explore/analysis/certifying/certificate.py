@@ -26,6 +26,8 @@ from explore.model.status import Status
 
 #: Works of the drive in a turn, which follow from its mean power.
 _WORKS = tuple(formula.name for formula in WORK_FORMULAS)
+#: Metrics, without the end "_interval", that are the largest of sampled ones.
+_LARGEST = ("swing_angle", "stroke", "pin_force_peak")
 
 
 def require_table(mechanism: Mechanism) -> None:
@@ -136,11 +138,12 @@ class Certificate:
 
     def _derived(self, metric: DerivedMetric) -> Enclosure | None:
         name = metric.formula.name
-        if name.removesuffix("_interval") in ("swing_angle", "stroke", "pin_force_peak"):
-            sources = [self.enclose(source) for source in metric.inputs if isinstance(source, SampledMetric)]
+        sampled = [source for source in metric.inputs if isinstance(source, SampledMetric)]
+        # The largest of some is not that of all.
+        if name.removesuffix("_interval") in _LARGEST and len(sampled) == len(metric.inputs):
+            sources = [self.enclose(source) for source in sampled]
             balls = [source.ball for source in sources if source]
-            # The largest of some is not that of all.
-            return Enclosure.of(reduce(arb.max, balls)) if len(balls) == len(sources) > 0 else None
+            return Enclosure.of(reduce(arb.max, balls)) if len(balls) == len(sources) else None
         if name in _WORKS:
             (power,) = (self.enclose(source) for source in metric.inputs if isinstance(source, SampledMetric))
             return power and Enclosure.of(power.ball * 2 * arb.pi() / self._speed)
