@@ -166,6 +166,40 @@ def test_a_search_that_steps_to_where_friction_locks_comes_back(tmp_path):
     assert polished["stroke"].to_numpy() == pytest.approx(longest, rel=1e-6)
 
 
+NEARLY_FOLDED = """
+mechanism = "linkage"
+[linkage]
+driver = "crank"
+output = "rocker"
+frame = { O = [0, 0], C = ["g", 0] }
+links = { crank = { O = 0, A = "r" }, coupler = { A = 0, B = "b" }, rocker = { C = 0, B = "c" } }
+branch = { B = "left of A C" }
+[parameters]
+r = { min = 20, max = 30 }
+g = { min = 35, max = 100 }
+b = 70
+c = 60
+[sampling]
+method = "sobol"
+count = 256
+[evaluate]
+window = "cycle"
+metrics = ["swing_angle", "rocker_acceleration_mean", "rocker_velocity_variance"]
+tolerance = 1e-12
+[rank]
+metrics = ["swing_angle:max"]
+"""
+
+
+def test_a_search_ends_at_the_best_design_that_meets_the_tolerance(tmp_path):
+    """The swing grows up to g = r + 10, where the links fold into one line; right beside it the tolerance is missed."""
+    results = sweep_text(tmp_path, NEARLY_FOLDED)
+    polished = explore.polish(results).iloc[0]
+    assert polished["feasible"] == 1
+    # The best design of the sweep has 125.1 deg; at 1e-1 mm from the border at r = 30 the swing is 133.3 deg.
+    assert polished["swing_angle"] > 133.0
+
+
 def test_a_design_whose_crank_hardly_turns_is_not_the_end(tmp_path):
     """Transmission angles grow to where crank and ground are as long as coupler and rocker: no neighbour is better."""
     metrics = '"transmission_angle_min"]\n[rank]\nmetrics = ["transmission_angle_min:max"]\n'
