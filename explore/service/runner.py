@@ -128,7 +128,7 @@ class Runner(threading.Thread):
             with self._guard:
                 self._process = None
             process.stdin.close()  # type: ignore[union-attr]  # a pipe
-            process.stdout.close()  # type: ignore[union-attr]
+            process.stdout.close()  # type: ignore[union-attr]  # likewise
             code = process.wait()
         if is_late.is_set() and code:
             goes_on = "begins again" if job.kind == Kind.task else "goes on from there"

@@ -189,9 +189,9 @@ class Program:
 def _written(arguments: Sequence[str], lines: list[str], results: list[str]) -> Callable[..., Any]:
     """The function of these lines."""
     text = "\n".join([f"def program({', '.join(arguments)}):", *lines, f"    return ({', '.join(results)},)"])
-    found: dict[str, Any] = {}
+    found: dict[str, Callable[..., Any]] = {}
     exec(text, _NAMES, found)  # noqa: S102  # the text has names and operations of a graph only
-    return found["program"]  # type: ignore[no-any-return]
+    return found["program"]
 
 
 def coefficients(value: arb | arb_series) -> list[arb]:

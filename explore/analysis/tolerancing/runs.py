@@ -213,10 +213,10 @@ def _content(source: Results, attributes: Mapping[str, object], digest: str) -> 
     }
 
 
-def _attributes(source: Results, arrays: Mapping[str, Any], attributes: Mapping[str, object]) -> dict[str, Attribute]:
+def _attributes(source: Results, arrays: Mapping[str, Any], attributes: Mapping[str, Any]) -> dict[str, Attribute]:
     """Attributes of the new results file."""
     old, content = source.attributes, _content(source, attributes, digest_of(arrays))
-    senses: Mapping[str, Sense | None] = attributes["senses"]  # type: ignore[assignment]
+    senses: Mapping[str, Sense | None] = attributes["senses"]
     return (
         {name: old[name] for name in _KEPT if name in old}
         | identity_attributes(content)

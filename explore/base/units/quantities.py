@@ -64,16 +64,16 @@ def quantity(value: object, unit: str) -> float:
     return _number(value, unit)
 
 
-def exact_quantity(value: object, unit: str) -> Fraction:
-    """The exact value of a quantity in the declared unit; see `quantity`.
+def exact_angle(value: object) -> Fraction:
+    """The exact value of an angle, deg; see `quantity`.
 
     The digits are decimal, those of a float the fewest that tell it apart, so that a study keeps its angles when it is
     written and read; a unit with pi in its factor has 50 digits.
     """
     if isinstance(value, str):
-        _as_float(exact := _convert(value, unit), value)
+        _as_float(exact := _convert(value, "deg"), value)
         return exact
-    number = _number(value, unit)
+    number = _number(value, "deg")
     if isinstance(value, WrittenNumber):
         return Fraction(value.text)
     return Fraction(value) if isinstance(value, Rational) else Fraction(repr(float(number)))

@@ -8,7 +8,7 @@ from enum import IntEnum
 from functools import lru_cache, partial
 from typing import Any
 
-from explore.base.units.quantities import exact_quantity
+from explore.base.units.quantities import exact_angle
 from explore.mechanisms.linkages.drawing import draw_linkage, linkage_panels
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
@@ -201,7 +201,7 @@ def _of_a_turn(table: LinkageTable, signals: tuple[Signal, ...], change: str) ->
 
 def _range(first: float, last: float) -> Window:
     """The window of all crank angles of a driver that does not turn fully, deg."""
-    start, stop = exact_quantity(first, "deg"), exact_quantity(last, "deg")
+    start, stop = exact_angle(first), exact_angle(last)
     words = f"the crank angles from {first:g} to {last:g} deg"
     return Window("range", words, "interval", needs_stroke=False, start=start, stop=stop)
 

@@ -31,17 +31,17 @@ def as_magnitude(name: str, value: Number) -> FloatArray:
     return _as_checked(name, value, is_refused=np.less, rule="0 or more; give the magnitude")
 
 
-def as_ratio(name: str, value: Number) -> FloatArray:
-    """A ratio, at least 0 and below 1, as an array.
+def as_hollow_ratio(value: Number) -> FloatArray:
+    """Inner over outer diameter, at least 0 and below 1, as an array.
 
     Raises
     ------
     RequestError
         If any of it is outside this range.
     """
-    values = as_magnitude(name, value)
+    values = as_magnitude("hollow_ratio", value)
     if np.any(values >= 1.0):
-        raise RequestError(f"{name}: must be below 1, got {np.max(values[values >= 1.0]):g}")
+        raise RequestError(f"hollow_ratio: must be below 1, got {np.max(values[values >= 1.0]):g}")
     return values
 
 

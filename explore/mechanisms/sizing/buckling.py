@@ -8,7 +8,7 @@ Roloff/Matek, which needs two more constants of the material.
 
 import numpy as np
 
-from explore.mechanisms.sizing.arguments import Number, as_magnitude, as_positive, as_ratio
+from explore.mechanisms.sizing.arguments import Number, as_hollow_ratio, as_magnitude, as_positive
 from explore.mechanisms.sizing.rod import rod_area, rod_second_moment
 
 
@@ -24,7 +24,7 @@ def slenderness(length: Number, diameter: Number, hollow_ratio: Number = 0.0) ->
     hollow_ratio
         Inner over outer diameter, at least 0 and below 1.
     """
-    a = as_ratio("hollow_ratio", hollow_ratio)
+    a = as_hollow_ratio(hollow_ratio)
     return 4.0 * as_magnitude("length", length) / (as_positive("diameter", diameter) * np.sqrt(1.0 + a**2))
 
 
@@ -126,5 +126,5 @@ def rod_diameter_for_buckling(
         As in `euler_force`.
     """
     load = as_positive("factor", factor) * as_magnitude("force", force) * as_positive("length", length) ** 2
-    a = as_ratio("hollow_ratio", hollow_ratio)
+    a = as_hollow_ratio(hollow_ratio)
     return (64.0 * load / (np.pi**3 * as_positive("modulus", modulus) * (1.0 - a**4))) ** 0.25

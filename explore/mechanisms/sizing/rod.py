@@ -5,7 +5,7 @@ A rod has the outer diameter D and the hollow ratio a = d/D of inner to outer di
 
 import numpy as np
 
-from explore.mechanisms.sizing.arguments import Number, as_magnitude, as_positive, as_ratio
+from explore.mechanisms.sizing.arguments import Number, as_hollow_ratio, as_magnitude, as_positive
 
 
 def rod_area(diameter: Number, hollow_ratio: Number = 0.0) -> Number:
@@ -28,7 +28,7 @@ def rod_area(diameter: Number, hollow_ratio: Number = 0.0) -> Number:
     RequestError
         If an argument is outside its range, as in all functions of `explore.mechanisms.sizing`.
     """
-    d, a = as_magnitude("diameter", diameter), as_ratio("hollow_ratio", hollow_ratio)
+    d, a = as_magnitude("diameter", diameter), as_hollow_ratio(hollow_ratio)
     return 0.25 * np.pi * d**2 * (1.0 - a**2)
 
 
@@ -37,7 +37,7 @@ def rod_second_moment(diameter: Number, hollow_ratio: Number = 0.0) -> Number:
 
     Parameters are those of `rod_area`.
     """
-    d, a = as_magnitude("diameter", diameter), as_ratio("hollow_ratio", hollow_ratio)
+    d, a = as_magnitude("diameter", diameter), as_hollow_ratio(hollow_ratio)
     return np.pi / 64.0 * d**4 * (1.0 - a**4)
 
 
@@ -46,7 +46,7 @@ def rod_section_modulus(diameter: Number, hollow_ratio: Number = 0.0) -> Number:
 
     Parameters are those of `rod_area`.
     """
-    d, a = as_magnitude("diameter", diameter), as_ratio("hollow_ratio", hollow_ratio)
+    d, a = as_magnitude("diameter", diameter), as_hollow_ratio(hollow_ratio)
     return np.pi / 32.0 * d**3 * (1.0 - a**4)
 
 
@@ -68,7 +68,7 @@ def rod_diameter(force: Number, allowed_stress: Number, hollow_ratio: Number = 0
     buckling see `buckling_factor`.
     """
     f, s = as_magnitude("force", force), as_positive("allowed_stress", allowed_stress)
-    a = as_ratio("hollow_ratio", hollow_ratio)
+    a = as_hollow_ratio(hollow_ratio)
     return np.sqrt(4.0 * f / (np.pi * s * (1.0 - a**2)))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, one_line, suggestion
-from explore.base.units.quantities import exact_quantity
+from explore.base.units.quantities import exact_angle
 from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, carrier
 from explore.studies.linkages.branch import note_missing, read_branch, two_sided
@@ -169,7 +169,7 @@ def _limits(section: Mapping[str, Any], problems: Problems) -> tuple[float, floa
         problems.append((key, reason))
         return None
     try:
-        first, last = (float(exact_quantity(end, "deg")) for end in ends)
+        first, last = (float(exact_angle(end)) for end in ends)
     except RequestError as error:
         problems.append((key, str(error)))
         return None

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from explore.base.errors import RequestError
 from explore.base.suggest import closest_name, format_value, suggestion
-from explore.base.units.quantities import exact_quantity, without_turns
+from explore.base.units.quantities import exact_angle, without_turns
 from explore.mechanisms.linkages.table import PREFIX
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.expressions import FUNCTIONS
@@ -111,7 +111,7 @@ def _interval(mechanism: Mechanism, bounds: Mapping[str, object]) -> Window:
             raise RequestError(f"unknown key {format_value(name)} of an interval; give {{ from, to }}")
     if len(bounds) < 2:
         raise RequestError("an interval needs both ends; give { from, to } in degrees")
-    start, stop = exact_quantity(bounds["from"], "deg"), exact_quantity(bounds["to"], "deg")
+    start, stop = exact_angle(bounds["from"]), exact_angle(bounds["to"])
     if not start < stop:
         raise RequestError(f"from = {float(start):.17g} must be below to = {float(stop):.17g}; to may exceed 360")
     if stop - start > _TURN * (1 + _LENGTH_ROUNDING):
