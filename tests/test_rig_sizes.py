@@ -20,6 +20,8 @@ SIZING = {
     "endurance_limit": 200.0, "notch_factor": 3.0, "hollow_ratio": 0.5, "bearing_rating": 44.6e3,
     "built_rod": 60.0, "built_rocker": 220.0, "built_pin": 45.0, "built_shaft": 95.0,
 }  # fmt: skip
+#: Ends of the names of what holds for a part, not for a stroke.
+SIZES = ("_diameter", "_height", "_stress", "_safety", "_factor", "_life")
 
 
 def evaluate(design, metrics, tolerance=1e-9):
@@ -64,6 +66,18 @@ def test_every_size_is_its_rule_under_the_peaks_of_the_cycle():
         assert row[name] == pytest.approx(float(value), rel=1e-13), name
     # the rocker's moment is the load on either stroke
     assert row["rocker_moment_peak"] == pytest.approx(25e3, rel=1e-14)
+
+
+@pytest.mark.parametrize("window", TEST_RIG.strokes)
+def test_sizes_are_those_of_the_turn_in_studies_over_a_stroke(window):
+    """Constant and opposing torque add up on one stroke alone, on the other the rod is only pulled."""
+    names = [name for name in (formula.name for formula in TEST_RIG.formulas) if name.endswith(SIZES)]
+    design = RIG | SIZING | {"constant_torque": 10e3}
+    over_turn = evaluate(design, names)
+    over_stroke = explore.evaluate("test-rig", design, metrics=names, window=window).iloc[0]
+    assert len(names) == 17  # with the height of the envelope
+    for name in names:
+        assert over_stroke[name] == pytest.approx(over_turn[name], rel=1e-12), name
 
 
 def test_a_rod_that_is_not_given_is_sized_for_strength():

@@ -1,7 +1,8 @@
 """Derived metrics of the test rig: peaks, distortion, sizes, stresses, safety factors and life.
 
-Sizes follow from the peaks over the cycle by the rules of `mechanisms.sizing`, whose docstrings give formulas and
-sources. Lengths in mm, forces in N, stresses in MPa; torques and moments of the signals in N m.
+Sizes, stresses, factors and life follow from the forces over the cycle, whatever the window of a study is, by the rules
+of `mechanisms.sizing`, whose docstrings give formulas and sources. Lengths in mm, forces in N, stresses in MPa; torques
+and moments of the signals in N m.
 """
 
 import math
@@ -10,6 +11,7 @@ import numpy as np
 
 from explore.mechanisms import sizing
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS
+from explore.mechanisms.load_metrics import largest
 from explore.model.quantities import OMITTED, FloatArray, Formula, Parameter
 
 _MM = 1e3  # N mm per N m
@@ -96,6 +98,14 @@ def _shaft_stress(load: FloatArray, torque: FloatArray, arm: FloatArray, diamete
     return np.asarray(sizing.shaft_stress(sizing.shaft_moment(load, arm), _MM * torque, diameter))
 
 
+def _pin_diameter(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, shear: FloatArray) -> FloatArray:
+    return np.asarray(sizing.pin_diameter(largest(a, b, c, d), shear))
+
+
+def _pin_stress(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray, diameter: FloatArray) -> FloatArray:
+    return np.asarray(sizing.pin_shear_stress(largest(a, b, c, d), diameter))
+
+
 def _rocker_height(moment: FloatArray, axial: FloatArray, stress: FloatArray, thickness: FloatArray) -> FloatArray:
     return np.asarray(sizing.rocker_height(_MM * moment, axial, stress, thickness))
 
@@ -130,38 +140,42 @@ _PEAKS = tuple(
         ("drive_torque", "N m", "the drive torque"),
     )
 )
+#: The largest forces in the pins over the turn.
+_PIN_PEAKS = tuple(f"pin_force_{pin}_max_cycle" for pin in "abcd")
 _SIZES = (
     Formula("rod_diameter", "mm", "outer diameter of the coupler's rod", "min",
-            ("coupler_force_peak", "allowed_stress", "hollow_ratio"), sizing.rod_diameter),
+            ("coupler_force_peak_cycle", "allowed_stress", "hollow_ratio"), sizing.rod_diameter),
     Formula("sleeve_diameter", "mm", "outer diameter of a sleeve around the rod", "min",
-            ("coupler_force_peak", "allowed_stress", "rod_diameter"), sizing.sleeve_diameter),
+            ("coupler_force_peak_cycle", "allowed_stress", "rod_diameter"), sizing.sleeve_diameter),
     Formula("rocker_height", "mm", "height of the rocker's plates, both peaks taken at once", "min",
-            ("rocker_moment_peak", "rocker_axial_force_peak", "allowed_stress", "plate_thickness"), _rocker_height),
+            ("rocker_moment_peak_cycle", "rocker_axial_force_peak_cycle", "allowed_stress", "plate_thickness"),
+            _rocker_height),
     Formula("pin_diameter", "mm", "diameter of a pin in double shear", "min",
-            ("pin_force_peak", "allowed_shear"), sizing.pin_diameter),
+            (*_PIN_PEAKS, "allowed_shear"), _pin_diameter),
     Formula("shaft_diameter", "mm", "diameter of the eccentric shaft, both peaks taken at once", "min",
-            ("pin_force_peak_b", "drive_torque_peak", "shaft_arm", "allowed_stress"), _shaft_diameter),
+            ("pin_force_b_max_cycle", "drive_torque_peak_cycle", "shaft_arm", "allowed_stress"), _shaft_diameter),
 )  # fmt: skip
 _ROD_SOURCES = ("built_rod", "allowed_stress")
 _CHECKS = (
     Formula("buckling_factor", "1", "buckling force of the rod, as built or as its strength asks for, over the largest "
             "compression: Euler's, or with a yield strength Johnson's where the rod is not slender", "max",
-            ("coupler_force_max", "coupler", "built_rod", "rod_diameter", "elastic_modulus", "hollow_ratio",
+            ("coupler_force_max_cycle", "coupler", "built_rod", "rod_diameter", "elastic_modulus", "hollow_ratio",
             "yield_strength"), _buckling, alternatives=_ROD_SOURCES, optional=("yield_strength",)),
     Formula("fatigue_factor", "1", "safety of the rod, as built or as its strength asks for, against fatigue and yield",
-            "max", ("coupler_force_min", "coupler_force_max", "built_rod", "rod_diameter", "hollow_ratio",
+            "max", ("coupler_force_min_cycle", "coupler_force_max_cycle", "built_rod", "rod_diameter", "hollow_ratio",
             "endurance_limit", "tensile_strength", "yield_strength", "notch_factor"), _fatigue,
             alternatives=_ROD_SOURCES),
     Formula("bearing_life", "h", "basic rating life of a bearing of the eccentric shaft", "max",
-            ("bearing_mean_force", "bearing_count", "bearing_rating", "speed"), _life),
+            ("pin_force_a_power_mean_cycle", "bearing_count", "bearing_rating", "speed"), _life),
     Formula("rod_stress", "MPa", "largest stress of the rod as built", "min",
-            ("coupler_force_peak", "built_rod", "hollow_ratio"), sizing.rod_stress),
+            ("coupler_force_peak_cycle", "built_rod", "hollow_ratio"), sizing.rod_stress),
     Formula("rocker_stress", "MPa", "largest stress of the rocker as built, both peaks taken at once", "min",
-            ("rocker_moment_peak", "rocker_axial_force_peak", "plate_thickness", "built_rocker"), _rocker_stress),
+            ("rocker_moment_peak_cycle", "rocker_axial_force_peak_cycle", "plate_thickness", "built_rocker"),
+            _rocker_stress),
     Formula("pin_stress", "MPa", "largest shear stress of a pin as built", "min",
-            ("pin_force_peak", "built_pin"), sizing.pin_shear_stress),
+            (*_PIN_PEAKS, "built_pin"), _pin_stress),
     Formula("shaft_stress", "MPa", "largest equivalent stress of the eccentric shaft as built", "min",
-            ("pin_force_peak_b", "drive_torque_peak", "shaft_arm", "built_shaft"), _shaft_stress),
+            ("pin_force_b_max_cycle", "drive_torque_peak_cycle", "shaft_arm", "built_shaft"), _shaft_stress),
     *(
         Formula(f"{part}_safety", "1", f"yield strength over the {part}'s stress", "max",
                 (f"{part}_stress", "yield_strength"), _shear_safety if part == "pin" else _safety)
