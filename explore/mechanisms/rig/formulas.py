@@ -142,6 +142,7 @@ _PEAKS = tuple(
 )
 #: The largest forces in the pins over the turn.
 _PIN_PEAKS = tuple(f"pin_force_{pin}_max_cycle" for pin in "abcd")
+
 _SIZES = (
     Formula("rod_diameter", "mm", "outer diameter of the coupler's rod", "min",
             ("coupler_force_peak_cycle", "allowed_stress", "hollow_ratio"), sizing.rod_diameter),
