@@ -333,6 +333,15 @@ def test_the_chosen_design_of_a_table_with_a_target_is_saved(browser, tmp_path):
     assert again.to_pandas()[names].iloc[0].tolist() == results.to_pandas()[names].iloc[design].tolist()
 
 
+def test_parameters_named_like_the_coordinates_of_a_point_are_saved(browser, tmp_path):
+    """The clearance of a pin as docs/tolerance.md writes it; the page took the two for a section [points.play]."""
+    text = TABLE.replace('B = "b"', 'B = ["b + play_along", "play_across"]') + "play_along = 0.5\nplay_across = 0.25\n"
+    results = sweep_text(tmp_path, text, "play")
+    with silent_page(browser, report_of(results.path), accept_downloads=True) as page:
+        again = sweep_text(tmp_path, saved(page, "study (TOML)"), "saved")
+    assert again.to_pandas()[["play_along", "play_across"]].iloc[0].tolist() == [0.5, 0.25]
+
+
 def test_the_chosen_design_is_saved(page, frame, tmp_path):
     design = page.evaluate("exploreReport.page.model.designs[exploreReport.page.shared.chosen.row]")
     (tmp_path / "chosen.toml").write_text(saved(page, "study (TOML)"))

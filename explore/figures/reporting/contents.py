@@ -137,6 +137,7 @@ def describe_study(results: Results, mechanism: Mechanism | None, ranking: Ranki
         "version": __version__,
         "mechanism": results.mechanism,
         "head": _head(results, mechanism),
+        "points": list(results.points),
         "summary": mechanism.summary if mechanism else "",
         "motion": _describe_motion(results, mechanism) if mechanism else None,
         "defaults": {p.name: p.default for p in parameters if p.default is not None},

@@ -43,10 +43,9 @@ export function savedFiles(root, model, chosen) {
 
 /** The text of a study of a design alone, in declared units. */
 export function studyText(model, row) {
-  const { head, lacks = [] } = fileOf(model, row);
+  const { head, points, lacks = [] } = fileOf(model, row);
   const own = model.columns.filter(({ name, role, declared }) => role === "parameter" && !lacks.includes(name) && !Number.isNaN(declared[row]));
   const values = new Map(own.map(({ name, declared }) => [name, declared[row]]));
-  const points = [...values.keys()].filter((name) => name.endsWith("_along") && values.has(name.replace(/along$/, "across"))).map((name) => name.slice(0, -6));
   const isPlain = (name) => !points.some((point) => name === `${point}_along` || name === `${point}_across`);
   return [
     `# Design ${model.designs[row]} of ${model.study.name}`,
