@@ -7,6 +7,7 @@ each design without that knowledge, checks that it moves, and returns a bound of
 without peers.
 """
 
+import itertools
 import statistics
 from importlib.util import find_spec
 from pathlib import Path
@@ -84,6 +85,16 @@ GROOVE = {
     "rod": (80, 200), "slider_speed": (100, 400), "speed": (3, 12), "reversal_time": (0.01, 0.06), "mass": (0.5, 5),
     "friction": (0.02, 0.3),
 }  # fmt: skip
+TRACED = FOUR_BAR | {"M_along": (-300, 900), "M_across": (-300, 900)}
+
+
+def oval(count):
+    """A closed path of so many points."""
+    turns = np.arange(count) * (2 * np.pi / count)
+    points = np.stack([300 + 120 * np.cos(turns) + 15 * np.cos(2 * turns), 200 + 60 * np.sin(turns)], axis=1)
+    return {"kind": "path", "points": points.tolist(), "closed": True}
+
+
 GEARS = {"growth": (1.1, 2.0), "sector": (3.0, 5.5)}
 #: Requests without peers: title, mechanism, ranges of parameters, question.
 ALONE = (
@@ -97,7 +108,12 @@ ALONE = (
     ("perimeter", "gears", GEARS, {"metrics": ["perimeter"]}),
     ("1 point, velocity peak", "crank-rocker", COUPLER, {"metrics": ["P_velocity_max"], "points": ["P"]}),
     ("1 point, curvature peak", "crank-rocker", COUPLER, {"metrics": ["P_curvature_peak"], "points": ["P"]}),
-)
+    *(
+        (f"closed path of {count} points", "crank-rocker", TRACED,
+         {"metrics": ["path_error_rms"], "points": ["M"], "target": oval(count)})
+        for count in (12, 60, 500)
+    ),
+)  # fmt: skip
 
 
 def drawn(ranges, count=DESIGNS):
@@ -135,9 +151,13 @@ def compare(title, mechanism, ranges, question, peer):
 
 
 def measure(title, request, designs):
-    """Print the rate of a request without a peer."""
+    """Print the rate of a request without a peer.
+
+    Two orders of the designs take turns, because the last errors of a target are remembered.
+    """
     evaluation = evaluate_columns(request, designs)
-    times = cpu_times({title: lambda: evaluate_columns(request, designs)}, 3)[title]
+    turns = itertools.cycle(({name: column[::-1] for name, column in designs.items()}, designs))
+    times = cpu_times({title: lambda: evaluate_columns(request, next(turns))}, 3)[title]
     count, columns = len(evaluation.columns["error"]), evaluation.columns
     moves = columns["nodes"] > 0
     met = np.mean(columns["error"][moves] <= request.tolerance) if moves.any() else 1.0
@@ -159,9 +179,9 @@ def main() -> None:
         compare(*request)
     for title, mechanism, ranges, question in ALONE:
         source = mechanism() if callable(mechanism) else mechanism
-        declared = find_mechanism(source, question.get("points", ()))
+        options = {"window": "cycle"} | question
+        declared = find_mechanism(source, options.pop("points", ()), options.pop("target", None))
         names = {parameter.name for parameter in declared.parameters}
-        options = {"window": "cycle", **{key: value for key, value in question.items() if key != "points"}}
         designs = {name: column for name, column in drawn(ranges, 4096).items() if name in names}
         measure(title, make_request(declared, **options), designs)
     measure_solving("crank for a swing of 20°", "crank", "swing_angle", 20.0)

@@ -13,7 +13,6 @@ from explore.mechanisms.targets.measures import (
     keep_last,
     shapes_and_rest,
 )
-from explore.mechanisms.targets.path_errors.curve import MANY_CHORDS
 from explore.mechanisms.targets.path_errors.measuring import LARGEST, N_MEASURES, RMS, SPAN, measure_ordered
 from explore.mechanisms.targets.path_errors.shapes import CHAMFER, HAUSDORFF, N_SHAPES, measure_shapes
 from explore.mechanisms.targets.path_errors.timing import measure_timed
@@ -46,7 +45,7 @@ def measure_paths(motion: Motion, target: PathTarget, table: FloatArray) -> Meas
         if target.closed:
             found[0][~np.isnan(found[0][:, SPAN]), SPAN] = 2.0 * np.pi
     else:
-        measure_ordered(curve, designs, points, weights, target.closed, _rays(), *found)
+        measure_ordered(curve, designs, points, weights, target.closed, *found)
     return *found, designs
 
 
@@ -65,13 +64,6 @@ def _arrays(target: PathTarget) -> tuple[FloatArray, FloatArray, FloatArray]:
     points = np.array(target.points, dtype=np.float64).reshape(-1, 2)
     weights = np.array(target.weights or np.ones(len(points)), dtype=np.float64)
     return points, weights, np.radians(np.array(target.crank_angles, dtype=np.float64))
-
-
-@lru_cache(maxsize=1)
-def _rays() -> FloatArray:
-    """Cosines and sines of the crank angles of the corners, shape (2, MANY_CHORDS)."""
-    angles = np.arange(MANY_CHORDS) * (2.0 * np.pi / MANY_CHORDS)
-    return np.stack([np.cos(angles), np.sin(angles)])
 
 
 def declare_paths(

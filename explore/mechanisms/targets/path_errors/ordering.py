@@ -1,4 +1,4 @@
-"""Chords for points in order: the least sum of distances over nondecreasing chords within one turn.
+"""Chords or arcs for points in order: the least sum of distances over nondecreasing ones within one turn.
 
 Linear dynamic programming finds the best chords that begin in an interval of starts, if the end may lie up to a turn
 beyond the last start. Where these are more than a turn apart, the interval is divided so that neither part allows them:
@@ -44,6 +44,7 @@ class Search(NamedTuple):
     sums: FloatArray
     entering: FloatArray
     waiting: IntArray
+    trial: IntArray
     chords: IntArray
     forwards: IntArray
     backwards: IntArray
@@ -56,32 +57,43 @@ def make_search(n, most):
     # each division adds an interval, and an interval is divided less often than it is long
     return Search(
         make_rows(n, most), np.empty(n), make_rows(n + 1, 2 * most), make_rows(n + 1, LANES),
-        np.empty((most + 2, 2), np.int64), np.empty((3, n), np.int64), np.arange(n), np.arange(n)[::-1].copy(),
-        np.empty(n, np.int64),
+        np.empty((most + 2, 2), np.int64), np.empty(n, np.int64), np.empty(n, np.int64), np.arange(n),
+        np.arange(n)[::-1].copy(), np.empty(n, np.int64),
     )  # fmt: skip
 
 
 @subroutine()
 def _fill_starts(parts, first, last, sums):
     """Fill the sums before the first point: 0 for the chords that it may be on."""
-    for lane in range(LANES):
-        for j in range(parts):
+    for j in range(parts):
+        for lane in range(LANES):
             k = lane * parts + j
             sums[j * LANES + lane] = 0.0 if first <= k < last else math.inf
 
 
 @subroutine()
+def _sum_up_to(chord, parts, sums, entering):
+    """The least sum up to a chord of two turns."""
+    lane = chord // parts
+    return min(sums[(chord - lane * parts) * LANES + lane], entering[lane])
+
+
+@subroutine()
 def _trace(parts, first, end, n, search, chords):
-    """Fill the chords of the points whose sum is that up to the end, each the first with its sum."""
-    k, lane, part = end, end // parts, end % parts
+    """Fill the chords of the points whose sum is that up to the end, each the first with its sum.
+
+    Sums up to a chord do not ascend with it: the first is looked for in steps that double, then halve.
+    """
+    k = end
     for i in range(n, 0, -1):
         sums, entering = search.sums[i], search.entering[i]
-        own = min(sums[part * LANES + lane], entering[lane])
-        while k > first:
-            left, before = (lane, part - 1) if part > 0 else (lane - 1, parts - 1)
-            if min(sums[before * LANES + left], entering[left]) != own:
-                break
-            k, lane, part = k - 1, left, before
+        own, step = _sum_up_to(k, parts, sums, entering), 1
+        while k - step >= first and _sum_up_to(k - step, parts, sums, entering) == own:
+            k, step = k - step, 2 * step
+        while step > 1:
+            step //= 2
+            if k - step >= first and _sum_up_to(k - step, parts, sums, entering) == own:
+                k -= step
         chords[i - 1] = k
 
 
@@ -110,9 +122,9 @@ def _find_chords(count, order, first, last, limit, search, chords):
 
 
 @subroutine()
-def _search_order(count, order, limit, search, best_chords):
+def search_order(count, order, limit, search):
     """Fill the best chords of the points in an order, and return their sum; infinity if it is not below a limit."""
-    n, best, found, chords, waiting = len(order), limit, math.inf, search.chords[0], search.waiting
+    n, best, found, chords, waiting = len(order), limit, math.inf, search.trial, search.waiting
     waiting[0, 0], waiting[0, 1], left = 0, count, 1
     while left > 0:
         left -= 1
@@ -124,7 +136,7 @@ def _search_order(count, order, limit, search, best_chords):
         if excess <= 0:
             best, found = total, total
             for i in range(n):
-                best_chords[i] = chords[i]
+                search.chords[i] = chords[i]
         else:
             # starts up to the first chord cannot reach the last one, later starts are not the first chord
             middle = chords[0] + 1 + (excess - 1) // 2
@@ -163,22 +175,26 @@ def follows_forwards(count, search):
 
 
 @subroutine()
-def choose_order(count, is_forwards, search):
-    """Fill the better order of points, and its chords, of so many of a turn; return its sum, and if it is forwards.
+def fill_least(count, search):
+    """Fill the least distance of each point."""
+    for i in range(len(search.least)):
+        search.least[i] = least_of(search.distances[i], count // LANES_OF_TURN)
+
+
+@subroutine()
+def choose_order(count, search):
+    """Fill the better order of points, and its chords, of so many of a turn; return its sum.
 
     The likely sense comes first, because the search in the other one ends where it cannot be better.
     """
-    n = len(search.least)
-    for i in range(n):
-        search.least[i] = least_of(search.distances[i], count // LANES_OF_TURN)
+    fill_least(count, search)
+    is_forwards = follows_forwards(count, search)
     first, second = (search.forwards, search.backwards) if is_forwards else (search.backwards, search.forwards)
-    total = _search_order(count, first, math.inf, search, search.chords[1])
-    other = _search_order(count, second, total, search, search.chords[2])
-    is_first = total <= other
-    for i in range(n):
-        search.order[i] = first[i] if is_first else second[i]
-        search.chords[0, i] = search.chords[1, i] if is_first else search.chords[2, i]
-    return min(total, other), is_first == is_forwards
+    total = search_order(count, first, math.inf, search)
+    other = search_order(count, second, total, search)
+    for i in range(len(search.order)):
+        search.order[i] = second[i] if other < total else first[i]
+    return min(total, other)
 
 
 @subroutine()

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, FEW_CHORDS, TURN
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN
 from explore.mechanisms.targets.path_errors.ordering import IntArray
 from explore.model.quantities import FloatArray
 
@@ -25,7 +25,7 @@ _SHORT = 1e-8
 #: Least pull by which a block is divided, relative to the pulls of all its points.
 _PULL = 1e-9
 #: Longest step of a block, rad.
-_STEP = TURN / FEW_CHORDS
+_STEP = TURN / 128
 
 # Rows of `Room.settled`: ends of the blocks that are at their best angle, and of those that their points do not divide.
 MOVED, WHOLE = range(2)
@@ -34,9 +34,12 @@ _TINY = 1e-300
 
 
 class Room(NamedTuple):
-    """Arrays that `polish` works in: of blocks by their first points, a copy of the order, a mean, and the curve."""
+    """Arrays that `polish` works in: of blocks their first points and sums of weights, a copy of the order, a mean, and
+    the curve.
+    """
 
     starts: IntArray
+    sums: FloatArray
     settled: IntArray
     settled_angles: FloatArray
     spare_order: IntArray
@@ -49,8 +52,8 @@ class Room(NamedTuple):
 def make_room(n):
     """Room for n points."""
     return Room(
-        np.empty(n + 1, np.int64), np.empty((2, n), np.int64), np.empty(n), np.empty(n, np.int64), np.empty(n),
-        np.empty(3), np.empty(CURVE_SIZE),
+        np.empty(n + 1, np.int64), np.empty(n), np.empty((2, n), np.int64), np.empty(n), np.empty(n, np.int64),
+        np.empty(n), np.empty(3), np.empty(CURVE_SIZE),
     )  # fmt: skip
 
 
@@ -120,27 +123,25 @@ def rotate(order, angles, count, spare_order, spare_angles):
 
 
 @subroutine()
-def _bring_in_order(order, weights, angles, starts):
+def _bring_in_order(order, weights, angles, room):
     """Join neighbours that are out of order at their mean angle; fill the first points of blocks, return their count.
 
     Points of equal angles are one block.
     """
-    n, m = len(order), 0
+    n, m, starts, sums = len(order), 0, room.starts, room.sums
     for i in range(n):
-        starts[m] = i
+        starts[m], sums[m] = i, weights[order[i]]
         m += 1
         while m > 1 and angles[starts[m - 2]] >= angles[starts[m - 1]]:
-            left, right, stop = starts[m - 2], starts[m - 1], i + 1
-            own, other = 0.0, 0.0
-            for k in range(left, right):
-                own += weights[order[k]]
-            for k in range(right, stop):
-                other += weights[order[k]]
-            mean = (own * angles[left] + other * angles[right]) / (own + other)
-            for k in range(left, stop):
-                angles[k] = mean
+            left, right, own, other = starts[m - 2], starts[m - 1], sums[m - 2], sums[m - 1]
+            if angles[left] > angles[right]:
+                angles[left] = (own * angles[left] + other * angles[right]) / (own + other)
             m -= 1
+            sums[m - 1] = own + other
     starts[m] = n
+    for block in range(m):
+        for k in range(starts[block] + 1, starts[block + 1]):
+            angles[k] = angles[starts[block]]
     return m
 
 
@@ -223,15 +224,15 @@ def polish(curve, shape, points, weights, order, angles, room):
     """
     n, starts = len(order), room.starts
     room.settled[:] = 0
-    m = _bring_in_order(order, weights, angles, starts)
+    m = _bring_in_order(order, weights, angles, room)
     for _ in range(_MOST_ROUNDS):
         m = _pool(curve, shape, order, points, weights, angles, m, room)
         if angles[n - 1] >= angles[0] + TURN and m > 1:  # the ends meet
             while m > 1 and angles[n - 1] >= angles[0] + TURN:
                 rotate(order, angles, n - starts[m - 1], room.spare_order, room.spare_angles)
-                m = _bring_in_order(order, weights, angles, starts)
+                m = _bring_in_order(order, weights, angles, room)
             room.settled[:] = 0
         elif not _divide(curve, shape, order, points, weights, angles, m, room):
             break
-        m = _bring_in_order(order, weights, angles, starts)
-    _bring_in_order(order, weights, angles, starts)
+        m = _bring_in_order(order, weights, angles, room)
+    _bring_in_order(order, weights, angles, room)

@@ -15,7 +15,6 @@ from explore.mechanisms.targets.path_errors.ordering import (
     Search,
     ascend_from,
     choose_order,
-    follows_forwards,
     make_search,
     nearest_chord,
 )
@@ -103,10 +102,10 @@ def _choose_chords(is_ordered, buffers):
     """Fill the order of the poses and their chords: the best in either sense, or of each pose alone."""
     search, parts = buffers.search, N_CHORDS // LANES_OF_TURN
     if is_ordered:
-        choose_order(N_CHORDS, follows_forwards(N_CHORDS, search), search)
+        choose_order(N_CHORDS, search)
         return
     for i in range(len(search.order)):
-        search.order[i], search.chords[0, i] = i, nearest_chord(search.distances[i], parts)
+        search.order[i], search.chords[i] = i, nearest_chord(search.distances[i], parts)
 
 
 @subroutine()
@@ -116,7 +115,7 @@ def _find_angles(curve, shape, poses, lever, is_ordered, buffers, own):
     _fill_chords(curve, shape, poses, lever, buffers)
     _choose_chords(is_ordered, buffers)
     for i in range(n):
-        chord = buffers.search.chords[0, i]
+        chord = buffers.search.chords[i]
         part = _find_part(poses[buffers.search.order[i]], lever, buffers.corners, chord % N_CHORDS)[0]
         buffers.angles[i] = (chord + part) * (TURN / N_CHORDS)
     leader = buffers.search.order[0]
