@@ -167,6 +167,14 @@ def test_equal_bounds_give_single_values():
     np.testing.assert_allclose(swings, 30.0, rtol=1e-14)
 
 
+def test_an_end_of_the_range_that_has_the_bound_itself_keeps_its_cause():
+    """The ripple is 0 from no shift on, not from the first shift that is looked at."""
+    design = {"growth": 1.48, "sector": 2.6, "phase_shift": 1.0}
+    tuning = explore.tune("gears", design, parameter="phase_shift", metric="ripple", low=0.0, high=0.05)
+    assert tuning.intervals[0].start.value == 0.0
+    assert tuning.intervals[0].start.cause == END_OF_RANGE
+
+
 def test_single_values_at_a_bound_are_intervals():
     function = SimpleNamespace(values=lambda x: (1.0 - np.square(x), None), at=lambda x: 1.0 - x * x)
     top = Run(np.array([-1.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]))

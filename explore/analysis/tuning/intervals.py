@@ -78,7 +78,8 @@ def _find_roots(function: MetricOfParameter, run: Run, level: float) -> list[End
     from scipy.optimize import toms748
 
     excess = run.values - level
-    roots = [float(x) for x in run.parameters[excess == 0.0]]
+    # the ends of the run are known, and why it ends there
+    roots = [float(x) for x in run.parameters[1:-1][excess[1:-1] == 0.0]]
     for k in np.flatnonzero(np.sign(excess[:-1]) * np.sign(excess[1:]) < 0.0).tolist():
         # The smallest tolerances that it takes: roots are the numbers next to a change of sign.
         root = toms748(
