@@ -59,10 +59,41 @@ def _improve(curve, shape, points, weights, given, shift, out, slopes):
 
 
 @subroutine()
-def _best_shift(curve, shape, points, weights, given, out, slopes, sums):
-    """The shift of the least sum: the best of those near the local minima among evenly spread ones."""
+def _fill_corners(curve, shape, rays, out, corners):
+    """Fill places of the curve at the shifts, and their derivatives over one, of two turns."""
     for k in range(_N_SHIFTS):
-        sums[k] = _sum_at(curve, shape, points, weights, given, k * (TURN / _N_SHIFTS), out, slopes)
+        curve(shape, rays[0, k], rays[1, k], out)
+        for row in range(4):
+            corners[row, k] = corners[row, k + _N_SHIFTS] = out[row] * (1.0 if row < 2 else TURN / _N_SHIFTS)
+    for row in range(4):
+        corners[row, 2 * _N_SHIFTS] = corners[row, 0]
+
+
+@subroutine(fast=True, no_alias=True)
+def _add_squares(x, y, weight, part, begin, corners, sums):
+    """Add the squares of a point at all shifts, at the same part of the arc behind each: the cubics of their ends."""
+    rest = 1.0 - part
+    start, stop = rest * rest * (1.0 + 2.0 * part), part * part * (1.0 + 2.0 * rest)
+    leaving, arriving = part * rest * rest, -part * part * rest
+    for k in range(_N_SHIFTS):
+        j = begin + k
+        dx = start * corners[0, j] + stop * corners[0, j + 1] + leaving * corners[2, j] + arriving * corners[2, j + 1]
+        dy = start * corners[1, j] + stop * corners[1, j + 1] + leaving * corners[3, j] + arriving * corners[3, j + 1]
+        sums[k] += weight * ((dx - x) ** 2 + (dy - y) ** 2)
+
+
+@subroutine()
+def _best_shift(curve, shape, points, weights, given, rays, corners, out, slopes, sums):
+    """The shift of the least sum: the best of those near the local minima among evenly spread ones.
+
+    There cubics between the shifts stand for the curve.
+    """
+    _fill_corners(curve, shape, rays, out, corners)
+    sums[:] = 0.0
+    for i in range(len(points)):
+        place = given[i] * (_N_SHIFTS / TURN)
+        first = math.floor(place)
+        _add_squares(points[i, 0], points[i, 1], weights[i], place - first, int(first) % _N_SHIFTS, corners, sums)
     least, best = math.inf, 0.0
     for k in range(_N_SHIFTS):
         if sums[k] <= sums[k - 1] and sums[k] <= sums[(k + 1) % _N_SHIFTS]:
@@ -80,14 +111,18 @@ def measure_timed(curve, designs, points, weights, given, is_free, measures, ang
     of `measure_ordered`.
     """
     m, out, slopes, sums = len(points), np.empty(CURVE_SIZE), np.empty(3), np.empty(_N_SHIFTS)
-    placed = np.empty((m, 2))
+    placed, corners = np.empty((m, 2)), np.empty((4, 2 * _N_SHIFTS + 1))
+    turns = np.arange(_N_SHIFTS) * (TURN / _N_SHIFTS)
+    rays = np.stack((np.cos(turns), np.sin(turns)))
     for k in range(len(designs)):
         if math.isnan(designs[k, 0]):
             measures[k], angles[k] = math.nan, math.nan
             continue
         shape = designs[k, : designs.shape[1] - POSE_SIZE]
         place_points(points, designs[k, designs.shape[1] - POSE_SIZE :], placed)
-        shift = _best_shift(curve, shape, placed, weights, given, out, slopes, sums) if is_free else 0.0
+        shift = 0.0
+        if is_free:
+            shift = _best_shift(curve, shape, placed, weights, given, rays, corners, out, slopes, sums)
         for i in range(m):
             angles[k, i] = given[i] + shift
         measure(curve, shape, placed, weights, angles[k], out, measures[k])
