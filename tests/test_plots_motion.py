@@ -126,6 +126,22 @@ def test_a_double_crank_has_no_strokes(tmp_path):
     save_figure(mechanism_figure(simulated), tmp_path / "mechanism.png")
 
 
+def test_the_mean_torque_of_a_load_with_corners_is_0():
+    """A force that depends on the place alone does no work; its corners move the mean of the curve by 1e-5 of it."""
+    curve = {"over": "to_greatest", "points": [[0, 0], [0.5, 400], [4, 300], [5, 0]]}
+    press = explore.Linkage({
+        "driver": "crank", "output": "ram", "frame": {"O": [0, 0]}, "branch": {"S": "far"},
+        "links": {"crank": {"O": 0, "A": "r"}, "rod": {"A": 0, "S": "l"}},
+        "slots": {"ram": {"pin": "S", "link": "frame", "along": [[0, "e"], [1, "e"]]}},
+        "loads": {"forces": {"S": ["-2 * punch", 0]}, "curves": {"punch": curve}},
+    })  # fmt: skip
+    design = {"r": 29.96, "l": 97.74, "e": 6.58, "speed": 6.0}
+    motion = explore.simulate(press, design, angles=TURN.densely(0.0))
+    figure = motion_figure(SimulatedDesign(press.mechanism, design, motion))
+    means = [line.get_label() for chart in figure.axes for line in chart.get_lines() if "mean" in line.get_label()]
+    assert means == ["mean 0", "mean 0"]
+
+
 def test_pin_forces_start_at_0_and_the_mean_torque_is_0():
     """The published rig at its shortest crank, where forces hardly vary; a constant load torque does no net work."""
     rig = {"crank": 5.0, "coupler": 460.0, "rocker": 595.0, "ground": 751.0, "speed": 60.0, "constant_torque": 25000.0}

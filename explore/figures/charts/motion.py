@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Mean over the largest value below which it is the error of the sum over input angles, and written as 0.
+#: Error of the mean as a sum over input angles, at least, over the largest value.
 _ROUNDING = 1e-6
 #: Colours of panels with one curve, in turn.
 _SINGLE = (GREEN, PURPLE, BLUE, ORANGE, INK)
@@ -156,10 +157,15 @@ def _set_value_axis(chart: Axes, limits: tuple[float, ...], unit: str, is_magnit
 
 
 def _draw_mean(chart: Axes, angle: FloatArray, *curves: FloatArray) -> None:
+    """The mean of each curve, to as many digits as that of every fourth value agrees to; 0 where none does."""
     for values in curves:
-        mean = float(np.trapezoid(values, angle) / (angle[-1] - angle[0]))
-        if abs(mean) < _ROUNDING * np.abs(values).max():
-            mean = 0.0
+        mean, coarser = (
+            float(np.trapezoid(values[::step], angle[::step]) / (angle[::step][-1] - angle[0])) for step in (1, 4)
+        )
+        if math.isnan(mean):
+            continue
+        error = max(abs(mean - coarser), _ROUNDING * float(np.abs(values).max()), np.finfo(float).tiny)
+        mean = round(mean, math.floor(-math.log10(2.0 * error))) if abs(mean) > error else 0.0
         chart.axhline(mean, color=MUTED, lw=1.2, ls="--", label=f"mean {mean:.4g}")
 
 
