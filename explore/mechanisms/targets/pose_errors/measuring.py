@@ -33,6 +33,9 @@ POSE_SIZE = 4
 #: Number of chords of the motion of the link.
 N_CHORDS = 256
 
+# Rows of chords: where they start, and how far they go, the angle at the end of the lever.
+START_X, START_Y, START_ANGLE, ALONG_X, ALONG_Y, ALONG_ANGLE = range(6)
+
 _TINY = 1e-300
 _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 
@@ -43,7 +46,8 @@ class _Buffers(NamedTuple):
     out: FloatArray
     link: FloatArray
     slopes: FloatArray
-    corners: FloatArray
+    rays: FloatArray
+    chords: FloatArray
     search: Search
     angles: FloatArray
     starts: IntArray
@@ -53,9 +57,10 @@ class _Buffers(NamedTuple):
 
 @subroutine(allocates=True)
 def _allocate_buffers(n):
+    angles = np.arange(N_CHORDS) * (TURN / N_CHORDS)
     return _Buffers(
-        np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3),
-        np.empty((N_CHORDS + 1, 3)), make_search(n, N_CHORDS), np.empty(n), np.empty(n + 1, np.int64),
+        np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3), np.stack((np.cos(angles), np.sin(angles))),
+        np.empty((6, N_CHORDS)), make_search(n, N_CHORDS), np.empty(n), np.empty(n + 1, np.int64),
         np.empty(n, np.int64), np.empty(n),
     )  # fmt: skip
 
@@ -68,33 +73,39 @@ def _place_poses(poses, pose, placed):
         placed[i, 2] = poses[i, 2] - math.radians(pose[2]) - math.radians(pose[3])
 
 
-@subroutine()
-def _find_part(pose, lever, corners, k):
-    """Where on a chord of the motion the link is nearest to a pose, from 0 to 1, and the squared distance there."""
-    ex, ey = pose[0] - corners[k, 0], pose[1] - corners[k, 1]
-    et = lever * wrap(pose[2] - corners[k, 2])
-    tx, ty = corners[k + 1, 0] - corners[k, 0], corners[k + 1, 1] - corners[k, 1]
-    tt = lever * wrap(corners[k + 1, 2] - corners[k, 2])
+@subroutine(fast=True)
+def _find_part(x, y, angle, lever, chords, k):
+    """Where on the chord at a place the link is nearest to a pose, from 0 to 1, and the squared distance there."""
+    ex, ey, et = x - chords[START_X, k], y - chords[START_Y, k], lever * wrap(angle - chords[START_ANGLE, k])
+    tx, ty, tt = chords[ALONG_X, k], chords[ALONG_Y, k], chords[ALONG_ANGLE, k]
     part = (ex * tx + ey * ty + et * tt) / (tx * tx + ty * ty + tt * tt + _TINY)
     part = min(max(part, 0.0), 1.0)
     dx, dy, dt = ex - part * tx, ey - part * ty, et - part * tt
     return part, dx * dx + dy * dy + dt * dt
 
 
+@subroutine(fast=True, no_alias=True)
+def _fill_row(x, y, angle, lever, chords, row):
+    for k in range(N_CHORDS):
+        row[k] = _find_part(x, y, angle, lever, chords, k)[1]
+
+
 @subroutine()
 def _fill_chords(curve, shape, poses, lever, buffers):
-    """Fill the corners of the chords, and the squared distances of the poses to these."""
-    for k in range(N_CHORDS + 1):
-        fill_link(curve, shape, k * (TURN / N_CHORDS), buffers.out, buffers.link)
-        buffers.corners[k, 0], buffers.corners[k, 1], buffers.corners[k, 2] = (
-            buffers.link[X],
-            buffers.link[Y],
-            buffers.link[ANGLE],
-        )
+    """Fill the chords at their places, see `path_errors.rows`, and the squared distances of the poses to these."""
+    out, chords, rays = buffers.out, buffers.chords, buffers.rays
+    curve(shape, rays[0, 0], rays[1, 0], out)
+    x, y, angle = out[0], out[1], math.atan2(out[7], out[6])
+    for k in range(N_CHORDS):
+        place, after = place_of(k, N_CHORDS // LANES_OF_TURN), (k + 1) % N_CHORDS
+        chords[START_X, place], chords[START_Y, place], chords[START_ANGLE, place] = x, y, angle
+        curve(shape, rays[0, after], rays[1, after], out)
+        turned = math.atan2(out[7], out[6])
+        chords[ALONG_X, place], chords[ALONG_Y, place] = out[0] - x, out[1] - y
+        chords[ALONG_ANGLE, place] = lever * wrap(turned - angle)
+        x, y, angle = out[0], out[1], turned
     for i in range(len(poses)):
-        for k in range(N_CHORDS):
-            square = _find_part(poses[i], lever, buffers.corners, k)[1]
-            buffers.search.distances[i, place_of(k, N_CHORDS // LANES_OF_TURN)] = square
+        _fill_row(poses[i, 0], poses[i, 1], poses[i, 2], lever, chords, buffers.search.distances[i])
 
 
 @subroutine()
@@ -116,7 +127,9 @@ def _find_angles(curve, shape, poses, lever, is_ordered, buffers, own):
     _choose_chords(is_ordered, buffers)
     for i in range(n):
         chord = buffers.search.chords[i]
-        part = _find_part(poses[buffers.search.order[i]], lever, buffers.corners, chord % N_CHORDS)[0]
+        x, y, angle = poses[buffers.search.order[i]]
+        place = place_of(chord % N_CHORDS, N_CHORDS // LANES_OF_TURN)
+        part = _find_part(x, y, angle, lever, buffers.chords, place)[0]
         buffers.angles[i] = (chord + part) * (TURN / N_CHORDS)
     leader = buffers.search.order[0]
     if not is_ordered:
