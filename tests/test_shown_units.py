@@ -122,6 +122,8 @@ def test_values_that_are_no_numbers_stay_so():
         ({"length": "2 in"}, "length: '2 in' is not a unit"),
         ({"length": "10**10**10"}, "is not a unit"),
         ({"length": ""}, "length: '' is not a unit"),
+        ({"length": "x" * 100_000}, f"length: '{'x' * 37}...' is not a unit; use mm"),
+        ({"length": "mm " * 1_000 + "mm"}, f"length: '{'mm ' * 12}m...' cannot be converted to 'mm'"),
     ],
 )
 def test_wrong_entries_get_one_line(entries, message):

@@ -194,7 +194,7 @@ def _factor(source: str, target: str) -> Fraction:
         own, wanted = _root_units(source, _unit_hint(target)), _root_units(target or "1", "")
     # Root units, not dimensions: they keep the radian, so that "1 Hz" is not taken for 1 rad/s.
     if own[1] != wanted[1]:
-        raise RequestError(f"'{source}' cannot be converted to '{target or '1'}'{_unit_hint(target)}")
+        raise RequestError(f"{format_value(source)} cannot be converted to '{target or '1'}'{_unit_hint(target)}")
     return own[0] / wanted[0]
 
 
@@ -202,6 +202,8 @@ def _root_units(unit: str, hint: str) -> tuple[Fraction, pint.Unit]:
     """The factor of a unit to its root unit, and that; `hint` ends the message about a unit that is none."""
     import pint
 
+    if len(unit) > _MOST_CHARACTERS:
+        raise RequestError(f"{format_value(unit)} is not a unit{hint}")
     try:
         factor, root = _registry().get_root_units(unit.replace("·", "*"))
     except pint.UndefinedUnitError as error:
