@@ -298,12 +298,7 @@ def test_bounds_hold_where_they_did_not(mechanism, design, window, metric, true,
     assert abs(row[metric] - true) <= row["error"] * size
 
 
+@pytest.mark.parametrize(("seed", "count"), [(0, 3), pytest.param(1, 150, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("family", FAMILIES)
-def test_bounds_hold(family):
-    check(family, 0, 3)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("family", FAMILIES)
-def test_bounds_hold_in_long_campaigns(family):
-    check(family, 1, 150)
+def test_bounds_hold(family, seed, count):
+    check(family, seed, count)

@@ -130,12 +130,7 @@ def test_a_power_of_what_is_undefined_is_undefined(text):
     assert np.isnan(evaluate(text, np.array([[1.0], [0.0], [0.0], [0.0]])).value[0])
 
 
-def test_no_true_error_is_above_its_bound():
-    for seed in range(1000):
-        check(seed)
-
-
-@pytest.mark.slow
-def test_no_true_error_is_above_its_bound_long():
-    for seed in range(1000, 30_000):
+@pytest.mark.parametrize("seeds", [range(1000), pytest.param(range(1000, 30_000), marks=pytest.mark.slow)])
+def test_no_true_error_is_above_its_bound(seeds):
+    for seed in seeds:
         check(seed)

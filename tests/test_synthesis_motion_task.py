@@ -168,13 +168,9 @@ def worse_than_planted(count, seed):
     return worse
 
 
-def test_planted_motions_are_met_at_least_as_well():
-    assert worse_than_planted(2, 43) == []
-
-
-@pytest.mark.slow
-def test_thirty_planted_motions_are_met_at_least_as_well():
-    assert worse_than_planted(30, 44) == []
+@pytest.mark.parametrize(("count", "seed"), [(2, 43), pytest.param(30, 44, marks=pytest.mark.slow)])
+def test_planted_motions_are_met_at_least_as_well(count, seed):
+    assert worse_than_planted(count, seed) == []
 
 
 #: Poses 16 of the planted tasks that an unbounded search answers with linkages below the transmission angle.

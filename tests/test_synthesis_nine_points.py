@@ -155,13 +155,9 @@ def misses(count, seed):
     return number
 
 
-def test_a_planted_linkage_is_found():
-    assert misses(1, 17) == 0
-
-
-@pytest.mark.slow
-def test_two_hundred_planted_linkages_are_found():
-    assert misses(200, 18) == 0
+@pytest.mark.parametrize(("count", "seed"), [(1, 17), pytest.param(200, 18, marks=pytest.mark.slow)])
+def test_planted_linkages_are_found(count, seed):
+    assert misses(count, seed) == 0
 
 
 def test_points_that_determine_no_set():
