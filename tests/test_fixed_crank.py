@@ -49,6 +49,17 @@ def test_shares_are_those_of_the_slider_crank(kind):
             assert row[f"speed_share_{percent}_gain_equal_{kind}"] == pytest.approx(gain, rel=1e-15)
 
 
+def test_the_bound_holds_where_a_level_is_the_peak():
+    """Durations a rounding apart: there the share is as the root of how far the peak is above the level."""
+    times = np.linspace(2.99095770115985, 2.99095770115995, 2001) / 10.0
+    design = {"rod": 500.0, "slider_speed": 20.0, "speed": 10.0, "blend_order": 1.0, "reversal_time": times}
+    name = "fixed_crank_speed_share_1_equal_stroke"
+    table = explore.evaluate("variable-crank", design, metrics=[name])
+    apart = (table[name].diff().abs() / table[name]).fillna(0.0)
+    assert apart.max() > 1e-8
+    assert (table["error"] > apart).all()
+
+
 def test_a_design_without_motion_has_no_fixed_crank():
     name = "fixed_crank_speed_share_2_equal_stroke"
     table = explore.evaluate("variable-crank", DESIGNS | {"reversal_time": 0.29}, metrics=[name])

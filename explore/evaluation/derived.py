@@ -105,7 +105,8 @@ def _bound_by_changes(
         for moved in (lower, arguments[k] + source.bound):
             np.maximum(change, np.abs(evaluate(*arguments[:k], moved, *arguments[k + 1 :]) - value), out=change)
         total = np.maximum(total, change) if formula.selects_one else total + change
-    return value, np.nan_to_num(total + _ROUNDING * np.abs(value), nan=np.inf)
+    rounding = formula.rounding(*arguments) if formula.rounding else _ROUNDING * np.abs(value)
+    return value, np.nan_to_num(total + rounding, nan=np.inf)
 
 
 def has_any_of(parameters: tuple[str, ...], inputs: Arrays) -> npt.NDArray[np.bool_]:

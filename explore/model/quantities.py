@@ -260,6 +260,8 @@ class Formula(Quantity):
         Whether the value is one of the inputs, such as the largest.
     is_alias
         Whether it is its only input by another name, whose error is relative to what that of the input is relative to.
+    rounding
+        Bound of the absolute error by roundings in the function, from the inputs; by default 1e-15 of the value.
     """
 
     sense: Sense | None
@@ -269,6 +271,7 @@ class Formula(Quantity):
     optional: tuple[str, ...] = ()
     selects_one: bool = False
     is_alias: bool = False
+    rounding: Callable[..., FloatArray] | None = None
 
 
 @dataclass(frozen=True)

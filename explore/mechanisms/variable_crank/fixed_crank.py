@@ -23,6 +23,8 @@ from explore.model.quantities import FloatArray, Formula
 
 #: Number of halvings of an interval shorter than pi until its length is a rounding of it.
 _HALVINGS = 54
+#: Rounding of levels and speeds, relative.
+_MARGIN = 16 * np.finfo(np.float64).eps
 
 
 def _speed(theta: FloatArray, ratio: FloatArray) -> FloatArray:
@@ -76,6 +78,23 @@ def _share(
     return fixed_crank_share(crank_per_length * length, rod, wanted, speed, deviation)
 
 
+def _rounding(
+    deviation: float,
+    crank_per_length: float,
+    length: FloatArray,
+    rod: FloatArray,
+    wanted: FloatArray,
+    speed: FloatArray,
+) -> FloatArray:
+    """Bound of the absolute error: where a level is the largest speed, the share is as the root of what it is above."""
+    value = _share(deviation, crank_per_length, length, rod, wanted, speed)
+    moved = [
+        _share(deviation, crank_per_length, length, rod, (1.0 + change) * wanted, speed)
+        for change in (-_MARGIN, _MARGIN)
+    ]
+    return np.asarray(np.abs(np.array(moved) - value).max(axis=0) + _MARGIN)
+
+
 def _gain(share: FloatArray, fixed: FloatArray) -> FloatArray:
     return share / fixed
 
@@ -86,7 +105,8 @@ def _declare(percent: int, kind: str, length: str, crank_per_length: float) -> t
     text = f"share of the turn within {percent} % of the wanted speed"
     return (
         Formula(name, "1", f"{text}, of a fixed crank of equal {kind}", "max",
-                (length, "rod", "slider_speed", "speed"), partial(_share, 0.01 * percent, crank_per_length)),
+                (length, "rod", "slider_speed", "speed"), partial(_share, 0.01 * percent, crank_per_length),
+                rounding=partial(_rounding, 0.01 * percent, crank_per_length)),
         Formula(f"speed_share_{percent}_gain_equal_{kind}", "1", f"{text}, over that of a fixed crank of equal {kind}",
                 "max", (f"speed_share_{percent}", name), _gain),
     )  # fmt: skip
