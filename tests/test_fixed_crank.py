@@ -58,6 +58,15 @@ def test_the_bound_holds_where_a_level_is_the_peak():
     apart = (table[name].diff().abs() / table[name]).fillna(0.0)
     assert apart.max() > 1e-8
     assert (table["error"] > apart).all()
+    assert table["error"].max() < 1e-6
+
+
+def test_a_crank_that_never_is_as_fast_has_no_share():
+    """It is 0 without any error, and the design is feasible."""
+    name = "fixed_crank_speed_share_1_equal_stroke"
+    design = {"rod": 500.0, "slider_speed": 20.0, "speed": 10.0, "blend_order": 1.0, "reversal_time": 0.31}
+    table = explore.evaluate("variable-crank", design, metrics=[name])
+    assert table[[name, "error", "status"]].iloc[0].tolist() == [0.0, 0.0, 1.0]
 
 
 def test_a_design_without_motion_has_no_fixed_crank():

@@ -92,7 +92,7 @@ def _rounding(
         _share(deviation, crank_per_length, length, rod, (1.0 + change) * wanted, speed)
         for change in (-_MARGIN, _MARGIN)
     ]
-    return np.asarray(np.abs(np.array(moved) - value).max(axis=0) + _MARGIN)
+    return np.asarray(np.abs(np.array(moved) - value).max(axis=0) + _MARGIN * (value > 0.0))
 
 
 def _gain(share: FloatArray, fixed: FloatArray) -> FloatArray:

@@ -111,8 +111,8 @@ def _sum_squares(curve, shape, points, weights, count, buffers):
 def _search_sense(curve, shape, points, weights, count, order, least, buffers, own):
     """Lower the least sum of squares by crank angles in an order, `own`; return it, and the number of arcs.
 
-    Sums over arcs are bounds from below, because points on one arc have no order. Arcs where the bound is below the sum
-    are divided.
+    Sums over arcs are nearly bounds from below: points on one arc have no order, and cubics stand for the curve. Arcs
+    where the bound is below the sum are divided.
     """
     arcs, search = buffers.arcs, buffers.search
     for _ in range(_MOST_SEARCHES):

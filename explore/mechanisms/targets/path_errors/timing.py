@@ -65,8 +65,6 @@ def _fill_corners(curve, shape, rays, out, corners):
         curve(shape, rays[0, k], rays[1, k], out)
         for row in range(4):
             corners[row, k] = corners[row, k + _N_SHIFTS] = out[row] * (1.0 if row < 2 else TURN / _N_SHIFTS)
-    for row in range(4):
-        corners[row, 2 * _N_SHIFTS] = corners[row, 0]
 
 
 @subroutine(fast=True, no_alias=True)
@@ -86,7 +84,7 @@ def _add_squares(x, y, weight, part, begin, corners, sums):
 def _best_shift(curve, shape, points, weights, given, rays, corners, out, slopes, sums):
     """The shift of the least sum: the best of those near the local minima among evenly spread ones.
 
-    There cubics between the shifts stand for the curve.
+    At these, cubics between the shifts stand for the curve.
     """
     _fill_corners(curve, shape, rays, out, corners)
     sums[:] = 0.0
@@ -111,7 +109,7 @@ def measure_timed(curve, designs, points, weights, given, is_free, measures, ang
     of `measure_ordered`.
     """
     m, out, slopes, sums = len(points), np.empty(CURVE_SIZE), np.empty(3), np.empty(_N_SHIFTS)
-    placed, corners = np.empty((m, 2)), np.empty((4, 2 * _N_SHIFTS + 1))
+    placed, corners = np.empty((m, 2)), np.empty((4, 2 * _N_SHIFTS))
     turns = np.arange(_N_SHIFTS) * (TURN / _N_SHIFTS)
     rays = np.stack((np.cos(turns), np.sin(turns)))
     for k in range(len(designs)):

@@ -33,7 +33,7 @@ POSE_SIZE = 4
 #: Number of chords of the motion of the link.
 N_CHORDS = 256
 
-# Rows of chords: where they start, and how far they go, the angle at the end of the lever.
+# Rows of chords: their starts (mm, mm, rad), and how far they go along each (mm), by the angle at the end of the lever.
 START_X, START_Y, START_ANGLE, ALONG_X, ALONG_Y, ALONG_ANGLE = range(6)
 
 _TINY = 1e-300
