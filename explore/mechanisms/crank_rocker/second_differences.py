@@ -15,6 +15,8 @@ from explore.model.quantities import FloatArray, Formula
 _N_SAMPLES = 50
 #: Rounding of a side or an angle, relative.
 _EPSILON = np.finfo(np.float64).eps
+#: Number of standard deviations that bound the sum of roundings, which are taken as independent.
+_DEVIATIONS = 3.0
 #: Number of designs whose samples are held at once.
 _CHUNK = 4096
 
@@ -57,7 +59,7 @@ def _rounding_of(crank: FloatArray, coupler: FloatArray, rocker: FloatArray, gro
     own = _EPSILON + _rounding_between(diagonal, rocker, coupler)
     slopes = np.abs(2.0 * (sizes - mean[:, None]) / (_N_SAMPLES - 3) - value[:, None] / (_N_SAMPLES - 2))
     differences = own[:, :-2] ** 2 + 4.0 * own[:, 1:-1] ** 2 + own[:, 2:] ** 2  # of roundings that are independent
-    total = 3.0 * np.sqrt((slopes**2 * differences).sum(axis=1)) / mean
+    total = _DEVIATIONS * np.sqrt((slopes**2 * differences).sum(axis=1)) / mean
     for moved in ((extended + of_extended, overlapped), (extended, overlapped + of_overlapped)):
         total += np.abs(_ratio(_sizes(*lengths, *moved)) - value)
     return np.asarray(total)

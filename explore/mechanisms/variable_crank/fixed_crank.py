@@ -79,19 +79,11 @@ def _share(
 
 
 def _rounding(
-    deviation: float,
-    crank_per_length: float,
-    length: FloatArray,
-    rod: FloatArray,
-    wanted: FloatArray,
-    speed: FloatArray,
+    share: Callable[..., FloatArray], length: FloatArray, rod: FloatArray, wanted: FloatArray, speed: FloatArray
 ) -> FloatArray:
     """Bound of the absolute error: where a level is the largest speed, the share is as the root of what it is above."""
-    value = _share(deviation, crank_per_length, length, rod, wanted, speed)
-    moved = [
-        _share(deviation, crank_per_length, length, rod, (1.0 + change) * wanted, speed)
-        for change in (-_MARGIN, _MARGIN)
-    ]
+    value = share(length, rod, wanted, speed)
+    moved = [share(length, rod, (1.0 + change) * wanted, speed) for change in (-_MARGIN, _MARGIN)]
     return np.asarray(np.abs(np.array(moved) - value).max(axis=0) + _MARGIN * (value > 0.0))
 
 
@@ -103,10 +95,10 @@ def _declare(percent: int, kind: str, length: str, crank_per_length: float) -> t
     """The share of a fixed crank, and how many times as large that of the variable crank is."""
     name = f"fixed_crank_speed_share_{percent}_equal_{kind}"
     text = f"share of the turn within {percent} % of the wanted speed"
+    share = partial(_share, 0.01 * percent, crank_per_length)
     return (
         Formula(name, "1", f"{text}, of a fixed crank of equal {kind}", "max",
-                (length, "rod", "slider_speed", "speed"), partial(_share, 0.01 * percent, crank_per_length),
-                rounding=partial(_rounding, 0.01 * percent, crank_per_length)),
+                (length, "rod", "slider_speed", "speed"), share, rounding=partial(_rounding, share)),
         Formula(f"speed_share_{percent}_gain_equal_{kind}", "1", f"{text}, over that of a fixed crank of equal {kind}",
                 "max", (f"speed_share_{percent}", name), _gain),
     )  # fmt: skip
