@@ -22,6 +22,13 @@ def test_a_dip_that_may_reach_zero_between_samples_is_doubtful(gap):
     assert (doubts == 0.0).all()
 
 
+def test_a_dip_whose_neighbours_are_equal_is_doubtful():
+    """Of 0.01 + x^2 + (x^3 - x) / 2, which falls to -0.046."""
+    samples, doubts = np.repeat([1.01, 0.01, 1.01], LANES), np.zeros(LANES)
+    corners._doubt_sample(samples, np.full(LANES, 1e-18), 1.0, 1.0, doubts)
+    assert (doubts == corners._DIP).all()
+
+
 @pytest.mark.parametrize(("slope", "is_doubtful"), [(-1e-3, True), (0.0, True), (1.0, False)])
 def test_an_end_that_is_zero_is_doubtful_where_the_signal_may_turn_back(slope, is_doubtful):
     """A parabola from 0 but for rounding at the end, with samples at 0.02 and 0.08 from it."""

@@ -342,6 +342,19 @@ def test_extreme_just_inside_the_end_of_a_window_is_found(past):
         assert largest(top - past, top + 40.0)[sign] == pytest.approx(expected, rel=2e-15, abs=0.0)
 
 
+@pytest.mark.parametrize(
+    "lengths",
+    [(50.0, 346.3141, 182.7531, 372.4748), (50.0, 621.3787, 148.6088, 631.8962), (50.0, 774.0741, 177.0904, 785.162)],
+)
+def test_the_higher_of_two_peaks_is_found(lengths):
+    """They differ by less than 0.1 %, and the higher one is between samples whose slope seems to be 0."""
+    design = dict(zip(("crank", "coupler", "rocker", "ground"), lengths, strict=True))
+    row = explore.evaluate("crank-rocker", design, metrics=["coupler_acceleration_max"], window="cycle").iloc[0]
+    acceleration = explore.simulate("crank-rocker", design, angles=3600)["coupler_acceleration"]
+    # A peak is at most 0.05 deg from a sample.
+    assert row["coupler_acceleration_max"] == pytest.approx(acceleration.max(), rel=1e-5)
+
+
 @pytest.mark.parametrize("rocker", [0.01, 3.0, 3000.0])
 def test_angles_of_a_short_rocker_keep_their_digits(rocker):
     """Its direction follows from lengths of its own size; differences of the others would leave five digits."""

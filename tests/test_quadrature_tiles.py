@@ -8,7 +8,7 @@ from numba import float64, int64, void
 from scipy.optimize import brentq, minimize_scalar
 
 from explore.base.compiling import FILL_SIGNATURE, LANES, compiled, function_type
-from explore.evaluation.quadrature.extremes import RESULT, _mark_end, find_minimum
+from explore.evaluation.quadrature.extremes import RESULT, _mark_end, _mark_inside, find_minimum
 from explore.evaluation.quadrature.hand_over import HAND_OVER_SIZE, find_hand_overs
 from explore.evaluation.quadrature.panels import (
     ANCHOR,
@@ -210,6 +210,15 @@ def test_an_end_where_a_cubic_falls_before_it_rises_is_a_candidate():
     _mark_end(*values, *places, 5.0, np.full(LANES, 7.0), marks)
     assert (marks == 5.0).all()
     _mark_end(values[0], *(value + 1.0 for value in values[1:]), *places, 5.0, np.full(LANES, 7.0), marks)
+    assert (marks == 7.0).all()
+
+
+def test_a_sample_whose_neighbours_are_equal_may_be_beside_the_least_value():
+    """Of x^2 + (x^3 - x) / 2, which falls to -0.056 beside x = 0; the least sample of all, elsewhere, is -0.05."""
+    values, marks = np.repeat([1.0, 0.0, 1.0], LANES), np.zeros(LANES)
+    _mark_inside(values, 5, -1.0, 0.0, 1.0, np.full(LANES, -0.05), np.full(LANES, 7.0), marks, LANES)
+    assert (marks == 5.0).all()
+    _mark_inside(values, 5, -1.0, 0.0, 1.0, np.full(LANES, -2.5), np.full(LANES, 7.0), marks, LANES)
     assert (marks == 7.0).all()
 
 

@@ -14,7 +14,7 @@ from explore.evaluation.quadrature.panels import ANCHOR, COUNT, LAW, VARIANT
 from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, place_nodes, sample_abscissa, take_panels
 from explore.evaluation.quadrature.zeros import MOST_ZEROS, insert
 
-#: Factor on the depth of a dip below its samples, as a parabola tells, which 0 has to be clear of.
+#: Factor on the largest depth of a parabola below its samples, which 0 has to be clear of.
 _MARGIN = 8.0
 #: Slope at an end that is a zero, over curvature times distance to the next sample, that tells it is the only one.
 _CLEAR = 0.2
@@ -136,17 +136,18 @@ def _doubt(tile, rule, table, count):
 
 @subroutine(no_alias=True)
 def _doubt_sample(values, roundings, to_left, to_right, doubts):
-    """Fill `_DIP` where zeros may be near the second of three samples, by the parabola through these."""
+    """Fill `_DIP` where zeros may be near the second of three samples: see `extremes._mark_inside`."""
     one_over_left, one_over_right, one_over_both = 1.0 / to_left, 1.0 / to_right, 1.0 / (to_left + to_right)
+    share = 0.25 * _MARGIN * max(to_left, to_right) ** 2
     for lane in range(len(doubts)):
         left, value, right = values[lane], values[LANES + lane], values[2 * LANES + lane]
         sign = 1.0 if value > 0.0 else -1.0
         left, value, right = sign * left, sign * value, sign * right
         before, after = (value - left) * one_over_left, (right - value) * one_over_right
-        curvature, slope = (after - before) * one_over_both, (before * to_right + after * to_left) * one_over_both
+        curvature = (after - before) * one_over_both
         is_dip = (left > 0.0) & (right > 0.0) & (value <= left) & (value <= right)
         is_rounding = (left if left > right else right) <= roundings[lane]
-        is_deep = (curvature > 0.0) & (value * curvature <= 0.25 * _MARGIN * slope * slope)
+        is_deep = value <= share * curvature
         doubts[lane] = _DIP if is_dip & is_deep & (not is_rounding) else doubts[lane]
 
 

@@ -22,7 +22,7 @@ from explore.evaluation.quadrature.brent import (
 from explore.evaluation.quadrature.equispaced import abscissa
 from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCALE, sample_abscissa
 
-#: Factor on the drop of a parabola below a local minimum, which may win if this reaches the least sample.
+#: Factor on the largest drop of a parabola below a local minimum, which may win if this reaches the least sample.
 _DROP_MARGIN = 8.0
 #: Slope at an end, over curvature times distance to the next sample, below which the extreme may be inside.
 _DOUBTFUL = 0.1
@@ -71,21 +71,21 @@ def _neighbours(is_turn, count, table, rule, j):
 
 @subroutine(no_alias=True)
 def _mark_inside(values, j, a, x, b, least, following, marks, width):
-    """Fill the number of the next sample that may win from sample j on, by the parabola through it and its neighbours.
+    """Fill the number of the next sample that may win from sample j on, by its neighbours.
 
-    Only a local minimum may, by `_DROP_MARGIN` times the parabola's drop below it.
+    Only a local minimum may, by `_DROP_MARGIN` times what a parabola of the curvature there drops below it at most, in
+    the middle of the wider distance; the slope does not tell, for at a sample beside the minimum it may seem to be 0.
     """
     to_left, to_right, both = 1.0 / (x - a), 1.0 / (b - x), 1.0 / (b - a)
+    share = 0.25 * _DROP_MARGIN * max(x - a, b - x) ** 2
     for lane in range(width):
         left, value, right = values[lane], values[LANES + lane], values[2 * LANES + lane]
         before, after = (value - left) * to_left, (right - value) * to_right
         curvature = (after - before) * both
-        slope = (before * (b - x) + after * (x - a)) * both
-        above = value - least[lane]
-        reaches = (curvature > 0.0) & (above * curvature <= 0.25 * _DROP_MARGIN * slope * slope)
+        reaches = value - least[lane] <= share * curvature
         rise = (left if left > right else right) - value  # 0 on a plateau
         is_lowest = (value <= left) & (value <= right) & (rise > _CONSTANT * abs(value))
-        marks[lane] = 1.0 * j if is_lowest & (reaches | (above <= 0.0)) else following[lane]
+        marks[lane] = 1.0 * j if is_lowest & reaches else following[lane]
 
 
 @subroutine()
