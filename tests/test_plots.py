@@ -1,13 +1,21 @@
 """The Pareto figure: its marks, counts and axes agree with the results file."""
 
+import json
+import shutil
+
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from studies import sweep_text
 
 import explore
 from explore.base.errors import ExploreError, RequestError
 from explore.figures.charts.bounds import draw_metric_bounds
+from explore.figures.charts.joint_pareto import joint_pareto_chart
+from explore.figures.charts.map import map_chart
+from explore.figures.charts.parallel import parallel_chart
 from explore.figures.charts.pareto import DENSITY_THRESHOLD, pareto_chart
+from explore.figures.charts.ratio import ratio_chart
 from explore.figures.charts.style import new_figure, save_figure
 
 STUDY = """mechanism = "crank-rocker"
@@ -17,7 +25,7 @@ coupler = 1083.4236
 rocker = {rocker}
 ground = {ground}
 [evaluate]
-metrics = ["cv", "swing_angle", "transmission_angle_min", "rocker_acceleration_max"]
+metrics = {computed}
 [constraints]
 transmission_angle_min = {{ min = 20 }}
 rocker_acceleration_max = {{ max = 0.5 }}
@@ -28,6 +36,7 @@ RANGES = {
     "crank": "{ min = 40, max = 170 }",
     "rocker": "{ min = 450, max = 650 }",
     "ground": "{ min = 600, max = 800 }",
+    "computed": '["cv", "swing_angle", "transmission_angle_min", "rocker_acceleration_max", "mean_output_ratio"]',
     "metrics": '["cv", "swing_angle:max"]',
 }
 SINGLE = {"crank": "100", "rocker": "541.7118", "ground": "780"}
@@ -100,6 +109,30 @@ def test_pareto_draws_the_designs_of_the_results(results_of):
     assert "[1]" in chart.get_xlabel()
     assert "[deg]" in chart.get_ylabel()
     assert min(mark.get_markersize() for mark in figure.legends[0].get_lines()) >= 6.0
+
+
+def test_titles_and_legends_end_within_the_picture(results_of, tmp_path):
+    metrics = ["cv", "swing_angle:max", "transmission_angle_min:max", "rocker_acceleration_max", "mean_output_ratio"]
+    computed = [metric.partition(":")[0] for metric in metrics]
+    swept = results_of(300, metrics=json.dumps(metrics), computed=json.dumps(computed))
+    long = tmp_path / f"{'linkages_of_the_third_series_' * 4}.h5"
+    shutil.copy(swept.path, long)
+    ratio = tmp_path / f"{'ratios_of_the_third_series_' * 4}.h5"
+    shutil.copy(results_of(300, rocker="541.7118", ground="780").path, ratio)
+    charts = [
+        pareto_chart(long),
+        map_chart(long),
+        parallel_chart(long),
+        joint_pareto_chart([swept, long]),
+        ratio_chart(ratio),
+    ]
+    for figure in charts:
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        figure.draw(renderer)
+        texts = [figure._suptitle, *(text for legend in figure.legends for text in legend.get_texts())]
+        for text in texts:
+            extent = text.get_window_extent(renderer)
+            assert 0.0 <= extent.x0 < extent.x1 <= figure.bbox.x1, text.get_text()
 
 
 def test_infeasible_designs_are_paler_than_feasible_ones(results_of):

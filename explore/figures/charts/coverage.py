@@ -6,7 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from explore.figures.charts.style import BLUE, BROWN, GREEN, INK, MUTED, ORANGE, PURPLE, RED, SKY, new_figure
+from explore.figures.charts.style import (
+    BLUE,
+    BROWN,
+    GREEN,
+    INK,
+    MUTED,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    new_figure,
+    write_title,
+)
 from explore.results.labels import unit_text
 
 if TYPE_CHECKING:
@@ -48,7 +60,7 @@ def coverage_chart(coverage: Coverage) -> Figure:
         f"but not {gaps} {angle}" if gaps else "without a gap"
     )
     rig = f"rocker {coverage.rocker:g} {length}, ground {coverage.ground:g} {length}"
-    figure.suptitle(f"{heading}\n{rig}", fontsize=12, color=INK)
+    write_title(figure, f"{heading}\n{rig}")
     return figure
 
 

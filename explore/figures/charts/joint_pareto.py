@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from explore.base.errors import RequestError
-from explore.figures.charts.pareto import LEGEND_MARK, choose_columns, set_limits
-from explore.figures.charts.style import BLUE, BROWN, GREEN, INK, ORANGE, PURPLE, SKY, new_figure
+from explore.figures.charts.pareto import choose_columns, set_limits
+from explore.figures.charts.style import (
+    BLUE,
+    BROWN,
+    GREEN,
+    INK,
+    ORANGE,
+    PURPLE,
+    SKY,
+    new_figure,
+    write_legend,
+    write_title,
+)
 from explore.model.columns import Column
 from explore.model.quantities import FloatArray
 from explore.results.labels import axis_label, distinct_names
@@ -73,10 +83,8 @@ def joint_pareto_chart(results: Sequence[ResultsOrPath], *, x: str | None = None
     incomplete = [short[name] for name, part in joint.parts.items() if part.is_incomplete]
     missing = [f"{name} keeps only the Pareto set of its study: the best here may be missing" for name in incomplete]
     heading = [f"{len(front):,} Pareto-optimal of {count}", *joint.caveats, *missing]
-    figure.suptitle("\n".join(textwrap.fill(line, 100) for line in heading), fontsize=12, color=INK)
-    legend = figure.legend(*panel.get_legend_handles_labels(), loc="outside lower left", frameon=False, fontsize=10)
-    for handle in legend.get_lines():
-        handle.set_markersize(max(handle.get_markersize(), LEGEND_MARK))
+    write_title(figure, "\n".join(heading))
+    write_legend(figure, panel)
     return figure
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from explore.base.errors import RequestError
 from explore.figures.charts.cells import CellAxis, aggregate_cells, cell_axes, cell_rectangles, count_designs
 from explore.figures.charts.reasons import HATCH_COLOUR, ReasonMasks, reason_columns, reason_masks, region_style
-from explore.figures.charts.style import GREEN, INK, MUTED, new_figure
+from explore.figures.charts.style import GREEN, INK, MUTED, new_figure, write_title
 from explore.model.columns import Column
 from explore.model.quantities import FloatArray, Sense
 from explore.results.labels import axis_label, completeness_note, results_name
@@ -104,7 +104,7 @@ def map_chart(
     if results.keep == "all":
         count = f"{np.count_nonzero(usable):,} feasible of {count}"
     heading = f"{results_name(results)}: {content}, {count}{completeness_note(results)}"
-    figure.suptitle(f"{heading}\n{common}".rstrip(), fontsize=11, color=INK)
+    write_title(figure, f"{heading}\n{common}".rstrip(), size=11)
     figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False, fontsize=10, title=title,
                   handleheight=1.6, handlelength=3.0)  # fmt: skip
     return figure

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.base.errors import RequestError
-from explore.figures.charts.style import GREEN, INK, MUTED, new_figure
+from explore.figures.charts.style import GREEN, INK, MUTED, new_figure, write_title
 from explore.model.columns import Column
 from explore.model.quantities import FloatArray
 from explore.results.labels import completeness_note, results_name, unit_text
@@ -76,7 +76,7 @@ def parallel_chart(results: ResultsOrPath, *, metric: str | None = None) -> Figu
     panel.set_yticks([])
     panel.spines[:].set_visible(False)
     counts = _count_text(results, ranking, len(optimal), len(others))
-    figure.suptitle(f"{results_name(results)}: {counts}", fontsize=12, color=INK)
+    write_title(figure, f"{results_name(results)}: {counts}")
     return figure
 
 

@@ -20,6 +20,8 @@ from explore.figures.charts.style import (
     RED,
     SKY,
     new_figure,
+    write_legend,
+    write_title,
 )
 from explore.model.columns import Column
 from explore.model.quantities import FloatArray
@@ -44,8 +46,6 @@ _DENSITY_CELLS = (240, 160)
 _CROSS_CELLS = (72, 48)
 #: Opacity of crosses up to each violation: the nearer to feasible, the darker.
 _OPACITIES = ((0.1, 0.48), (0.5, INFEASIBLE_OPACITY), (np.inf, 0.2))
-#: Smallest size of a mark in the legend, points.
-LEGEND_MARK = 6.0
 #: Largest number of feasible designs whose kinds are told apart, as the marks are large.
 _MOST_CANDIDATES = 500
 #: Size of a ring about such a mark, points.
@@ -87,13 +87,8 @@ def pareto_chart(
     panel = figure.subplots()
     ranking = draw_designs(figure, panel, results, x=x, y=y, design=design)
     count = f"{ranking.tally.n_ranked:,} feasible of {results.n_studied:,} designs{completeness_note(results)}"
-    figure.suptitle(
-        f"{results_name(results)}: {len(ranking.frame):,} Pareto-optimal of {count}", fontsize=12, color=INK
-    )
-    handles, labels = panel.get_legend_handles_labels()
-    legend = figure.legend(handles, labels, loc="outside lower left", ncols=1, frameon=False, fontsize=10)
-    for mark in legend.get_lines():  # the marks of many designs are small
-        mark.set_markersize(max(mark.get_markersize(), LEGEND_MARK))
+    write_title(figure, f"{results_name(results)}: {len(ranking.frame):,} Pareto-optimal of {count}")
+    write_legend(figure, panel)
     return figure
 
 

@@ -10,7 +10,17 @@ from explore.base.errors import RequestError
 from explore.figures.charts.bounds import draw_metric_bounds
 from explore.figures.charts.cells import edges_around
 from explore.figures.charts.reasons import HATCH_COLOUR, ReasonMasks, reason_columns, reason_masks, region_style
-from explore.figures.charts.style import BLUE, GREEN, INFEASIBLE_OPACITY, INK, MUTED, PURPLE, RED, new_figure
+from explore.figures.charts.style import (
+    BLUE,
+    GREEN,
+    INFEASIBLE_OPACITY,
+    INK,
+    MUTED,
+    PURPLE,
+    RED,
+    new_figure,
+    write_title,
+)
 from explore.results.labels import axis_label, completeness_note, results_name
 from explore.results.queries import choose_design, designs_like, numeric_column
 from explore.results.store.open_results import ResultsOrPath, results_of
@@ -79,7 +89,7 @@ def ratio_chart(results: ResultsOrPath, *, design: int | None = None) -> Figure:
     handles, labels = [*handles, *bands], [*labels, *(str(band.get_label()) for band in bands)]
     figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=10, handleheight=1.6)
     count = f"{len(frame):,} crank lengths{completeness_note(results)}"
-    figure.suptitle(f"{results_name(results)}: {count}\n{common}", fontsize=11, color=INK)
+    write_title(figure, f"{results_name(results)}: {count}\n{common}", size=11)
     return figure
 
 

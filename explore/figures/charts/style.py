@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from explore.results.store.outputs import new_output
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 INK, MUTED = "#222222", "#8a949e"
@@ -20,6 +21,8 @@ BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW, BROWN = (
 """Okabe and Ito's palette for colour-blind readers, its yellow darkened for a white ground, and a brown."""
 #: Opacity of infeasible designs: they must not hide the feasible ones.
 INFEASIBLE_OPACITY = 0.35
+#: Smallest size of a mark in the legend of many designs, points.
+_LEGEND_MARK = 6.0
 
 
 @dataclass(frozen=True)
@@ -72,6 +75,20 @@ def write_heading(figure: Figure, text: str, width: int) -> None:
     """
     words = text.replace(" ", "\xa0").replace(",\xa0", ", ")
     figure.suptitle("\n".join(textwrap.wrap(words, width)), fontsize=12, color=INK)
+
+
+def write_title(figure: Figure, text: str, size: int = 12) -> None:
+    """Write lines above a figure, wrapped so that none is cut at its sides."""
+    figure.suptitle("\n".join(textwrap.fill(line, 88) for line in text.splitlines()), fontsize=size, color=INK)
+
+
+def write_legend(figure: Figure, panel: Axes) -> None:
+    """Write what the marks of a chart are below it, one under the other, wrapped as titles are."""
+    handles, labels = panel.get_legend_handles_labels()
+    wrapped = [textwrap.fill(label, 96) for label in labels]
+    legend = figure.legend(handles, wrapped, loc="outside lower left", frameon=False, fontsize=10)
+    for mark in legend.get_lines():  # the marks of many designs are small
+        mark.set_markersize(max(mark.get_markersize(), _LEGEND_MARK))
 
 
 def save_figure(figure: Figure, path: Path) -> None:
