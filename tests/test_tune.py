@@ -104,6 +104,26 @@ def test_a_pole_hides_no_extreme():
     assert least.parameter == pytest.approx(root.parameter, rel=1e-5)  # a flat minimum
 
 
+@pytest.mark.parametrize(
+    ("formula", "bounds", "ends"),
+    [
+        # in the middle between two bounds, which a crank beside 60 mm meets
+        ("abs(crank - 60)**2 / abs(crank - 60)", {"high": 3.0}, [57.0, 60.0, 60.0, 63.0]),
+        # where the metric jumps over its bound
+        ("(crank - 60) / abs(crank - 60)", {"low": 0.5}, [60.0, 81.0]),
+        ("(crank + 100) * (crank - 60) / abs(crank - 60)", {"low": 0.5}, [60.0, 81.0]),
+    ],
+)
+def test_an_interval_ends_at_a_single_number_at_which_the_metric_does_not_exist(formula, bounds, ends):
+    formulas = {"own": {"formula": formula, "unit": "1"}}
+    tuning = tune(parameter="crank", metric="own", start=40.0, stop=81.0, formulas=formulas, **bounds)
+    found = [end for interval in tuning.intervals for end in (interval.start, interval.stop)]
+    assert [end.parameter for end in found] == pytest.approx(ends, rel=1e-14)
+    assert 60.0 not in [end.parameter for end in found]
+    assert all(np.isfinite(end.value) for end in found)
+    assert {end.cause for end in found if abs(end.parameter - 60.0) < 1e-9} == {"undefined"}
+
+
 def test_a_fold_is_met_to_the_last_digit():
     """Both strokes last equally long where the squares of crank and ground add up to those of coupler and rocker."""
     tuning = tune(parameter="coupler", metric="time_ratio", low=1, high=1)
@@ -178,9 +198,9 @@ def test_an_end_of_the_range_that_has_the_bound_itself_keeps_its_cause():
 def test_single_values_at_a_bound_are_intervals():
     function = SimpleNamespace(values=lambda x: (1.0 - np.square(x), None), at=lambda x: 1.0 - x * x)
     top = Run(np.array([-1.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]))
-    assert find_intervals(function, [top], 1.0, 2.0) == [Interval(End(0.0, 1.0), End(0.0, 1.0))]
+    assert find_intervals(function, [top], 1.0, 2.0)[0] == [Interval(End(0.0, 1.0), End(0.0, 1.0))]
     alone = End(0.5, 0.75, END_OF_RANGE)
-    assert find_intervals(function, [Run(np.array([0.5]), np.array([0.75]))], 0.0, 1.0) == [Interval(alone, alone)]
+    assert find_intervals(function, [Run(np.array([0.5]), np.array([0.75]))], 0.0, 1.0)[0] == [Interval(alone, alone)]
 
 
 def test_the_curve_has_the_metrics_at_its_points():

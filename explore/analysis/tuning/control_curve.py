@@ -167,7 +167,7 @@ def tune(
             f"{metric} exists for no {parameter} from {first:g} to {last:g} {varied.unit}: "
             f"{declared.status_sentences[declared.status_labels[code]]}"
         )
-    intervals = find_intervals(function, runs, *bounds)
+    intervals, runs = find_intervals(function, runs, *bounds)
     curve = _make_curve(function, runs, intervals, names)
     units = {m.name: m.unit for m in request.all_metrics}
     curve.attrs["units"] = {parameter: varied.unit, **{name: units[name] for name in names}, "error": "1", "piece": "1"}

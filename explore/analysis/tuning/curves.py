@@ -1,7 +1,7 @@
 """A metric over one parameter: the runs of values at which it exists, their ends to the last bit, and its extremes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -88,6 +88,16 @@ def find_runs(function: MetricOfParameter, start: float, stop: float, known: Seq
     fine = [np.linspace(run.parameters[0], run.parameters[-1], _N_SCAN) for run in _split(function, scan)]
     runs = _split(function, np.unique(np.concatenate([scan, *fine])))
     return [_with_extremes(function, run) for run in runs]
+
+
+def split_run(function: MetricOfParameter, run: Run, hole: float) -> list[Run]:
+    """The parts of a run on both sides of a value of the parameter at which the metric does not exist."""
+    first, *inner, last = _split(function, np.sort(np.append(run.parameters, hole)))
+    return [
+        replace(first, causes=(run.causes[0], first.causes[1])),
+        *inner,
+        replace(last, causes=(last.causes[0], run.causes[1])),
+    ]
 
 
 def _split(function: MetricOfParameter, parameters: FloatArray) -> list[Run]:

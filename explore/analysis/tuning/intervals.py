@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from explore.analysis.tuning.curves import MetricOfParameter, Run
+from explore.analysis.tuning.curves import MetricOfParameter, Run, split_run
 
 #: Distance from a bound at its crossing, relative to the range of the metric, from which on the metric jumps.
 _JUMP = 1e-6
@@ -35,9 +35,29 @@ class Interval:
     stop: End
 
 
-def find_intervals(function: MetricOfParameter, runs: Sequence[Run], low: float, high: float) -> list[Interval]:
-    """The intervals in which the metric is from `low` to `high`, ascending."""
-    return [interval for run in runs for interval in _intervals_of(function, run, low, high)]
+class _HoleError(Exception):
+    """A value of the parameter within a run at which the metric does not exist."""
+
+    def __init__(self, parameter: float) -> None:
+        super().__init__()
+        self.parameter = parameter
+
+
+def find_intervals(
+    function: MetricOfParameter, runs: Sequence[Run], low: float, high: float
+) -> tuple[list[Interval], list[Run]]:
+    """The intervals in which the metric is from `low` to `high`, ascending, and the runs, split at holes they have."""
+    intervals: list[Interval] = []
+    whole: list[Run] = []
+    todo = list(reversed(runs))
+    while todo:
+        run = todo.pop()
+        try:
+            intervals += _intervals_of(function, run, low, high)
+            whole.append(run)
+        except _HoleError as hole:
+            todo += reversed(split_run(function, run, hole.parameter))
+    return intervals, whole
 
 
 def find_reach(runs: Sequence[Run]) -> tuple[End, End]:
@@ -61,6 +81,8 @@ def _intervals_of(function: MetricOfParameter, run: Run, low: float, high: float
     ends = [cuts[parameter] for parameter in sorted(cuts)]
     middles = np.array([(a.parameter + b.parameter) / 2.0 for a, b in itertools.pairwise(ends)])
     values = function.values(middles)[0] if len(middles) else middles
+    if np.isnan(values).any():
+        raise _HoleError(float(middles[np.isnan(values)][0]))
     inside = [False, *((low <= values) & (values <= high)).tolist(), False]
     intervals: list[Interval] = []
     for end, before, after in zip(ends, inside[:-1], inside[1:], strict=True):
@@ -77,18 +99,24 @@ def _find_roots(function: MetricOfParameter, run: Run, level: float) -> list[End
     """The places where the metric has a value, or jumps across it."""
     from scipy.optimize import toms748
 
+    def value_at(parameter: float) -> float:
+        value = function.at(parameter)
+        if np.isnan(value):
+            raise _HoleError(parameter)
+        return value
+
     excess = run.values - level
     # the ends of the run are known, and why it ends there
     roots = [float(x) for x in run.parameters[1:-1][excess[1:-1] == 0.0]]
     for k in np.flatnonzero(np.sign(excess[:-1]) * np.sign(excess[1:]) < 0.0).tolist():
         # The smallest tolerances that it takes: roots are the numbers next to a change of sign.
         root = toms748(
-            lambda x: function.at(x) - level, run.parameters[k], run.parameters[k + 1],
+            lambda x: value_at(x) - level, run.parameters[k], run.parameters[k + 1],
             xtol=np.finfo(float).tiny, rtol=4.0 * np.finfo(float).eps, maxiter=200,
         )  # fmt: skip
         roots.append(float(root))
     height = float(np.ptp(run.values))
-    return [_classify(root, function.at(root), level, height) for root in roots]
+    return [_classify(root, value_at(root), level, height) for root in roots]
 
 
 def _classify(parameter: float, value: float, level: float, height: float) -> End:
