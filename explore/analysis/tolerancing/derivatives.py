@@ -33,7 +33,7 @@ _CONSTANT = 2.0**-46
 #: Number of the largest steps of which one must show that: down to a 128th of the parameter.
 _N_WIDE = 7
 
-#: Factor on estimates of errors: in 56,000 derivatives of random designs errors were up to 8 times as large.
+#: Factor on estimates of errors: of 12,000 derivatives, most beside change points, errors were up to 1.1 of them.
 _SAFETY = 10.0
 #: Largest error of a derivative, relative to it and to metric over parameter; beyond it the metric jumps.
 _LARGEST = 0.1
@@ -94,7 +94,9 @@ def _best(values: FloatArray, centre: float, steps: FloatArray) -> tuple[float, 
     _, weights = _rule()
     with np.errstate(invalid="ignore"):
         slopes = (values[:, 0] - values[:, 1]) @ weights / steps
-        rounding = 2.0 * _EPSILON * np.abs(values).max(axis=(1, 2)) * np.abs(weights).sum() / steps
+        # Of the values, and of the parameter at the nodes, which moves them by its slope; steps[0] is half of it.
+        sizes = 2.0 * (np.abs(values).max(axis=(1, 2)) + np.abs(slopes) * steps[0])
+        rounding = _EPSILON * sizes * np.abs(weights).sum() / steps
         neighbours = np.array([slopes[2:], slopes[1:-1], slopes[:-2]])
         errors = _SAFETY * (neighbours.max(axis=0) - neighbours.min(axis=0) + rounding[:-2])
     if np.isnan(errors[:-2]).all() or np.isnan(centre):
