@@ -333,6 +333,8 @@ def test_a_trillion_designs_can_be_planned_at_once_but_not_swept(tmp_path):
             "--set phases: must be a whole number from 1 to 12, got 13",
         ),
         (["mechanisms", "six-bar"], 2, "six-bar"),
+        (["rank", "--where", "crank > 1", "--where", "crank < 2"], 2, "--where is given several times"),
+        (["show", "-o", "a.csv", "--output", "b.csv"], 2, "--output is given several times"),
         (["sweep"], 2, "STUDY"),
         (["swep"], 2, "No such command"),
     ],

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from explore._version import __version__
 from explore.cli.commands.atlas import atlas
@@ -47,6 +47,19 @@ class _Commands(TyperGroup):
         if command is not None:
             _without_flag_placeholders(command.get_params(ctx))
         return command
+
+
+class _Command(TyperCommand):
+    """A command that refuses an option given several times of which only the last would count."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments."""
+        _, _, given = self.make_parser(ctx).parse_args(args=list(args))
+        single = [p for p in given if isinstance(p, TyperOption) and not (p.multiple or p.is_flag)]
+        repeated = next((option for option in single if single.count(option) > 1), None)
+        if repeated is not None and not ctx.resilient_parsing:
+            ctx.fail(f"{repeated.opts[-1]} is given several times; give it once")
+        return super().parse_args(ctx, args)
 
 
 def _without_flag_placeholders(parameters: list[Any]) -> list[Any]:
@@ -129,4 +142,4 @@ _COMMANDS: dict[str, dict[Callable[..., Any], str]] = {
 }
 for _panel, _commands in _COMMANDS.items():
     for _command, _epilog in _commands.items():
-        app.command(rich_help_panel=_panel, epilog=_epilog)(_command)
+        app.command(cls=_Command, rich_help_panel=_panel, epilog=_epilog)(_command)
