@@ -218,7 +218,7 @@ def test_a_sample_whose_neighbours_are_equal_may_be_beside_the_least_value():
     values, marks = np.repeat([1.0, 0.0, 1.0], LANES), np.zeros(LANES)
     _mark_inside(values, 5, -1.0, 0.0, 1.0, np.full(LANES, -0.05), np.full(LANES, 7.0), marks, LANES)
     assert (marks == 5.0).all()
-    _mark_inside(values, 5, -1.0, 0.0, 1.0, np.full(LANES, -2.5), np.full(LANES, 7.0), marks, LANES)
+    _mark_inside(values, 5, -1.0, 0.0, 1.0, np.full(LANES, -16.5), np.full(LANES, 7.0), marks, LANES)
     assert (marks == 7.0).all()
 
 

@@ -23,7 +23,7 @@ from explore.evaluation.quadrature.equispaced import abscissa
 from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCALE, sample_abscissa
 
 #: Factor on the largest drop of a parabola below a local minimum, which may win if this reaches the least sample.
-_DROP_MARGIN = 8.0
+_DROP_MARGIN = 64.0
 #: Slope at an end, over curvature times distance to the next sample, below which the extreme may be inside.
 _DOUBTFUL = 0.1
 #: Distances of looks inside from an end, over the distance to the next sample: extremes may be ever nearer to it.
@@ -75,6 +75,7 @@ def _mark_inside(values, j, a, x, b, least, following, marks, width):
 
     Only a local minimum may, by `_DROP_MARGIN` times what a parabola of the curvature there drops below it at most, in
     the middle of the wider distance; the slope does not tell, for at a sample beside the minimum it may seem to be 0.
+    At a tolerance of 1e-6, whose nodes are few, a factor of 8 missed two of 3.4 million extremes.
     """
     to_left, to_right, both = 1.0 / (x - a), 1.0 / (b - x), 1.0 / (b - a)
     share = 0.25 * _DROP_MARGIN * max(x - a, b - x) ** 2
