@@ -38,6 +38,8 @@ from explore.model.status import Status
 SMALLEST_PARAMETER = 1e-30
 #: Largest magnitude of a usable parameter.
 LARGEST_PARAMETER = 1e30
+#: Largest number of constants of designs that are kept at once, in 128 MB.
+_MOST_CONSTANTS = 2**24
 #: Size of the largest block that changes glibc's limits, with its header, bytes.
 _LARGEST_KEPT = 2**25 - 2**16
 
@@ -96,10 +98,25 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     corners or singularities of their own: a curvature where a point rests misses it with any digits.
     """
     _keep_freed_memory()
-    evaluation = _evaluate_in_digits(request, parameters)
+    count = len(next(iter(parameters.values())))
+    most = _MOST_CONSTANTS // request.kernel.n_constants
+    evaluation = (
+        _evaluate_in_digits(request, parameters) if count <= most else _evaluate_parts(request, parameters, most)
+    )
     # A row without its numbers has no bound either: 0 would read as exact.
     evaluation.columns["error"][evaluation.columns["status"] == Status.NOT_FINITE] = np.nan
     return evaluation
+
+
+def _evaluate_parts(request: Request, parameters: Arrays, most: int) -> Evaluation:
+    """Evaluate so many designs at a time."""
+    count = len(next(iter(parameters.values())))
+    parts = [
+        _evaluate_in_digits(request, {name: column[first : first + most] for name, column in parameters.items()})
+        for first in range(0, count, most)
+    ]
+    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
+    return Evaluation(columns, sum(part.kinematic_evaluations for part in parts))
 
 
 def _evaluate_in_digits(request: Request, parameters: Arrays) -> Evaluation:
