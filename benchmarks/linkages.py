@@ -32,6 +32,7 @@ SIGNALS = {
     "slider-crank": ("guide_velocity", "guide_acceleration"),
     "watt-2": ("output_velocity", "output_acceleration", "rocker_velocity", "rocker_acceleration"),
     "crank-shaper": ("ram_velocity", "ram_acceleration", "lever_velocity", "lever_acceleration"),
+    "stephenson-2": ("coupler_velocity", "coupler_acceleration", "rocker_velocity", "rocker_acceleration"),
     "jansen": ("T_velocity_x", "T_velocity_y", "T_acceleration_x", "T_acceleration_y"),
 }
 
@@ -79,7 +80,7 @@ def main() -> None:
                 "crank": {"O": 0, "A": "r1"}, "coupler": {"A": 0, "B": "r2"}, "rocker": {"C": 0, "B": "r3"},
             }  # fmt: skip
             linkage, values = Linkage(section), {"r1": 30.0, "r2": 90.0, "r3": 70.0, "r4": 100.0}
-        spread = 0.12 if name == "jansen" else 0.05 if name == "hoecken" else 0.25
+        spread = 0.12 if name in ("jansen", "stephenson-2") else 0.05 if name == "hoecken" else 0.25
         designs = {key: value * (1.0 + spread * rng.uniform(-1.0, 1.0, COUNT)) for key, value in values.items()}
         own, columns = seconds_of(linkage, signals, designs)
         ok = int(np.count_nonzero(columns["status"] == 1))

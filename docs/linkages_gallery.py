@@ -12,10 +12,12 @@ from pathlib import Path
 import numpy as np
 
 import explore
+from explore.base.errors import MotionError
 from explore.mechanisms.linkages.drawing import draw_linkage
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import evaluate_function
-from explore.mechanisms.linkages.graph import operands
+from explore.mechanisms.linkages.graph import FOLLOWS, PARTS, operands
+from explore.mechanisms.linkages.group_steps import PoseGroup
 from explore.mechanisms.linkages.steps import find_steps
 from explore.studies.config.study_file import linkage_starter, linkage_starters
 
@@ -46,13 +48,27 @@ def places_of(name):
             for key, entry in ranges.items()
             if key != "speed"
         }
-        places = evaluate(equations, values)
+        try:
+            places = evaluate(equations, values, followed(linkage, values))
+        except MotionError:
+            continue
         if all(np.isfinite(place).all() for place in places.values()):
             return linkage, places
     raise SystemExit(f"{name}: no design turns")
 
 
-def evaluate(equations, values):
+def followed(linkage, values):
+    """Cosines and sines of the two links of a group that no dyad solves, by the names of their operations."""
+    for step in find_steps(linkage.table):
+        if isinstance(step, PoseGroup):
+            motion = explore.simulate(linkage, values, angles=np.linspace(0.0, 360.0, POSITIONS + 1))
+            directions = [np.deg2rad(motion[f"{link}_angle"]) for link in (step.first, step.second)]
+            parts = [function(each) for each in directions for function in (np.cos, np.sin)]
+            return dict(zip(PARTS[: len(parts)], parts, strict=True)) | {FOLLOWS[0]: 1.0}
+    return {}
+
+
+def evaluate(equations, values, followed):
     """Places of all points; NaN where they have none."""
     angles = np.linspace(0.0, 2.0 * np.pi, POSITIONS + 1)
     cosine, sine = np.cos(angles), np.sin(angles)
@@ -72,6 +88,8 @@ def evaluate(equations, values):
             operands_of = [done[each] for each in operands(graph.nodes[k])]
             if operation in ("constant", "input"):
                 done[k] = float(rest[0]) if operation == "constant" else inputs.get(rest[0], values.get(rest[0]))
+            elif operation in followed:
+                done[k] = followed[operation]
             elif operation in known:
                 done[k] = known[operation](*operands_of)
             else:  # a function of the design

@@ -7,16 +7,15 @@ from pathlib import Path
 import mpmath
 import numpy as np
 
-from explore import Linkage
+from explore import Linkage, simulate
 from explore.base.lanes.designs import fill_motion_of_design
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import evaluate_function
-from explore.mechanisms.linkages.graph import operands
+from explore.mechanisms.linkages.graph import FOLLOWS, PARTS, operands
+from explore.mechanisms.linkages.group_steps import PoseGroup
 from explore.mechanisms.linkages.steps import find_steps
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "linkages.json").read_text())
-#: Case of a group that no dyad solves.
-NO_DYADS = ("stephenson-2",)
 #: Lines of the table of a yoke that two pins in one line hold, and what says in their place that it translates.
 SLIDING = {
     'output = "guide"\n': "",
@@ -55,7 +54,7 @@ DRIVEN_SLIDER = {
     },
     "branch": {"Q": "far"},
 }
-CASES = {case["name"]: case for case in REFERENCE["cases"] if case["name"] not in NO_DYADS}
+CASES = {case["name"]: case for case in REFERENCE["cases"]}
 
 
 def trammel(**parts):
@@ -102,8 +101,19 @@ def trace(linkage):
 MPMATH = {"number": mpmath.mpf, "cos": mpmath.cos, "sin": mpmath.sin, "sqrt": mpmath.sqrt, "arctangent": mpmath.atan2}
 
 
-def evaluate_graph(numbers, parameters, angle, functions=MPMATH):
-    """Numbers of a graph by functions of numbers, or of arrays; `angle` in rad."""
+def rough_directions(linkage, values, angle):
+    """Where the operations that follow groups of links are to begin at a crank angle, rad: off by up to 5e-3."""
+    groups = [step for step in find_steps(linkage.table) if isinstance(step, PoseGroup)]
+    if not groups:
+        return {}
+    (row,) = simulate(linkage, values, angles=[np.degrees(float(angle))]).to_dict("records")
+    directions = [np.deg2rad(row[f"{link}_angle"]) for group in groups for link in (group.first, group.second)]
+    parts = [round(float(part), 2) for each in directions for part in (np.cos(each), np.sin(each))]
+    return {name: parts[number::4] for number, name in enumerate(PARTS[:4])} | {key: [1.0] for key in FOLLOWS}
+
+
+def evaluate_graph(numbers, parameters, angle, functions=MPMATH, followed=None):
+    """Numbers of a graph by functions of numbers, or of arrays; `angle` in rad, for `followed` see above."""
     graph = numbers[0].graph
     cosine, sine = functions["cos"](angle), functions["sin"](angle)
     inputs = {"@cos": cosine, "@sin": sine}
@@ -135,6 +145,8 @@ def evaluate_graph(numbers, parameters, angle, functions=MPMATH):
                 done[k] = max(values)
             case "minimum":
                 done[k] = min(values)
+            case _ if operation in FOLLOWS + PARTS:
+                done[k] = functions["number"](followed[operation][0])  # of tables with one group
             case _ if operation.startswith("sense"):
                 done[k] = -1 if values[0] < 0 else 1
             case _:  # of degrees

@@ -98,7 +98,7 @@ def test_all_mechanisms_have_a_translation():
 
 def test_literals_of_tables_may_be_infinite():
     literals = {0: math.inf, 1: -math.inf, 2: math.nan, 3: -0.5}
-    program = Program("x", (), literals, {}, tuple((k, k) for k in literals), {})
+    program = Program("x", (), literals, {}, tuple((k, k) for k in literals), {}, 0)
     lines = page_code.node_function(program, str).splitlines()
     words = ("Infinity", "(-Infinity)", "NaN", "(-0.5)")
     assert lines[-5:-1] == [f"written[{k}] = {word};" for k, word in enumerate(words)]

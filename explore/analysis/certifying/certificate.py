@@ -31,9 +31,11 @@ _LARGEST = ("swing_angle", "stroke", "pin_force_peak")
 
 
 def require_table(mechanism: Mechanism) -> None:
-    """Refuse a mechanism that no table says."""
-    if table_of(mechanism) is None:
-        raise RequestError(f"designs of {mechanism.name} cannot be certified: no table says how it moves")
+    """Refuse a mechanism that no table says, or a table with links that no dyad solves."""
+    table = table_of(mechanism)
+    if table is None or table.starts:
+        reason = "no table says how it moves" if table is None else "it has a group of links that no dyad solves"
+        raise RequestError(f"designs of {mechanism.called if table else mechanism.name} cannot be certified: {reason}")
 
 
 class Certificate:

@@ -25,7 +25,7 @@ BOUND_MARKS = "explore_linkage_bound_marks"
 SHARPEN = "explore_linkage_sharpen_marks"
 
 
-def close_function(sizes: Sizes, blocked: Sequence[float], functions: Sequence[str]) -> str:
+def close_function(sizes: Sizes, blocked: Sequence[float], starts: Sequence[float], functions: Sequence[str]) -> str:
     """A function of a record, which calls `closing.close_designs` with these arguments; "" stands for no function.
 
     With strokes it calls `mark_errors.bound_marks` then, with the function `disturbed_rate`.
@@ -34,6 +34,7 @@ def close_function(sizes: Sizes, blocked: Sequence[float], functions: Sequence[s
         (ARRAY, "%record"),
         _whole_numbers(sizes),
         _array_of("blocked", len(blocked)),
+        _array_of("starts", len(starts)),
         *map(_function, functions),
     ]
     calls = [(CLOSE, arguments)]
@@ -41,7 +42,8 @@ def close_function(sizes: Sizes, blocked: Sequence[float], functions: Sequence[s
         calls.append((BOUND_MARKS, [(ARRAY, "%record"), ("i64", str(sizes.interval + 2)), _function("disturbed_rate")]))
     declarations = "".join(_declaration(*call) for call in calls)
     body = "".join(_call(*call) for call in calls)
-    return f"{table('blocked', blocked)}{declarations}define ptr @close({ARRAY} %record) {{\n{body}{_RETURN}"
+    tables = table("blocked", blocked) + table("starts", starts)
+    return f"{tables}{declarations}define ptr @close({ARRAY} %record) {{\n{body}{_RETURN}"
 
 
 def pairs_function(name: str, plan: PairPlan, *, is_disturbed: bool) -> str:

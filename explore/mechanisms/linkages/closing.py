@@ -13,7 +13,7 @@ from explore.base.compiling import LANES, compiled, function_type
 from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages import cells as cell
 from explore.mechanisms.linkages import directions as direction
-from explore.mechanisms.linkages import harmonics, phases, singularities, statuses
+from explore.mechanisms.linkages import following, harmonics, phases, singularities, statuses
 from explore.mechanisms.linkages import minima as minimum
 from explore.mechanisms.linkages import reaches as reach
 from explore.mechanisms.linkages import reversals as reversal
@@ -53,6 +53,8 @@ class Sizes(NamedTuple):
         Row of the interval, two rows, behind the parameters; behind it the metrics, the time ratio first.
     is_harmonic
         Whether all functions are first harmonics of the angle; 0 for no.
+    groups, first_group
+        Number of groups of links, and the first of their constants.
     has_strokes, tells_reach
         Whether reversals of the output are looked for, and intervals at which designs assemble that do not turn.
     """
@@ -64,6 +66,8 @@ class Sizes(NamedTuple):
     status: int
     interval: int
     is_harmonic: int
+    groups: int
+    first_group: int
     has_strokes: int
     tells_reach: int
 
@@ -72,18 +76,23 @@ _F1 = types.float64[::1]
 _SIZES = types.NamedUniTuple(types.int64, len(Sizes._fields), Sizes)
 _DESIGN, _NODE = function_type(DESIGN_SIGNATURE), function_type(NODE_SIGNATURE)
 #: Type of `close_designs`.
-CLOSING_SIGNATURE = types.void(_F1, _SIZES, _F1, _DESIGN, _NODE, _NODE, _NODE)
+CLOSING_SIGNATURE = types.void(_F1, _SIZES, _F1, _F1, _DESIGN, _DESIGN, _NODE, _NODE, _NODE)
 
 
 @compiled(CLOSING_SIGNATURE, allocates=True)
-def close_designs(record, sizes, blocked, fill_constants, check, direct, rate):
+def close_designs(record, sizes, blocked, starts, fill_constants, fill_chains, check, direct, rate):
     """Fill a record.
 
-    `blocked` are the statuses of designs that are blocked at each factor. `fill_constants` fills the constants from the
-    record; `check`, `direct` and `rate` fill rows of a node for `turning`, `directions` and `reversals`.
+    `blocked` are the statuses of designs that are blocked at each factor, and `starts` are where groups are sketched.
+    `fill_constants` and `fill_chains` fill the constants and the chains of groups from the record; `check`, `direct`
+    and `rate` fill rows of a node for `turning`, `directions` and `reversals`.
     """
     constants = np.empty(sizes.constants * LANES)
     fill_constants(record, constants)
+    if sizes.groups > 0:
+        chains = np.empty(sizes.groups * following.CHAINS_SIZE * LANES)
+        fill_chains(record, chains)
+        following.track_groups(chains, starts, sizes.groups, sizes.first_group, constants)
     for lane in range(LANES):
         constants[CLOSED_ERROR_ROW * LANES + lane] = 0.0
     is_turn = record[(sizes.interval + 1) * LANES] == 0.0
@@ -94,6 +103,8 @@ def close_designs(record, sizes, blocked, fill_constants, check, direct, rate):
         doubtful = _take_harmonics(record, sizes, check, constants, start, length)
     if doubtful > 0:
         _decide_all(record, sizes, blocked, check, constants, start, length, is_turn)
+    if sizes.groups > 0:
+        _mark_groups(record, sizes, starts, constants, start, length)
     for lane in range(LANES):
         constants[LEAST_ROW * LANES + lane] = constants[GREATEST_ROW * LANES + lane] = math.nan
         constants[LEAST_PLACE_ROW * LANES + lane] = constants[GREATEST_PLACE_ROW * LANES + lane] = math.nan
@@ -106,6 +117,22 @@ def close_designs(record, sizes, blocked, fill_constants, check, direct, rate):
         _find_strokes(record, sizes, check, rate, constants)
     for k in range(sizes.status * LANES):
         record[k] = constants[k]
+
+
+@subroutine()
+def _mark_groups(record, sizes, starts, constants, start, length):
+    """Fill the status of lanes with a group that has no assembly, or that is in another one after a turn."""
+    for group in range(sizes.groups):
+        for lane in range(LANES):
+            at = (sizes.first_group + group * following.GROUP_ROWS) * LANES + lane
+            status, reaches = sizes.status * LANES + lane, record[(sizes.interval + 3) * LANES :]
+            if following.is_nowhere(constants, at):
+                record[status] = statuses.NO_ASSEMBLY
+            elif record[status] == 1.0 and following.passes_seam(constants, at, start, length):
+                # over less than a turn the end of the path blocks the crank, if it is a fold
+                is_blocked = following.has_fold(constants, at) and length < 2.0 * math.pi
+                record[status] = starts[following.START_SIZE * group + 3] if is_blocked else statuses.RETURNS_NOT
+                reach.tell_turn(False, lane, reaches)
 
 
 @subroutine(allocates=True)

@@ -175,7 +175,10 @@ def _declare(
         precise_fill=kernel.precise_fill,
         disturbed_precise_fill=kernel.disturbed_precise_fill,
         statuses=declare_statuses(
-            joints, {factor.joint for factor in equations.factors if factor.of_lines}, turns=turns
+            joints,
+            {factor.joint for factor in equations.factors if factor.of_lines},
+            turns=turns,
+            has_groups=bool(equations.groups),
         ),
         drawing=draw_linkage(table),
         targets=declare_targets(table, [f"{name}:max" for name in defaults if name == "transmission_angle_min"]),

@@ -11,9 +11,13 @@ once. So are r - h and r + h of the next where c is on the driver and the line o
 RRP: a line through g along n, and a point c at the distance r from the joint: with w = g - c and h = n x w the joint is
 at g + (+- sqrt((r - h)(r + h)) - n.w) n. RPR: the direction of a link follows from a known point of it and from the pin
 in its slot, v apart, at the distance e across: v (+- sqrt(D - e^2) - i e)/D in complex numbers, D = v.v.
+
+Of groups of four links see `group_equations`.
 """
 
-from explore.mechanisms.linkages.graph import Series
+from explore.mechanisms.linkages.graph import Number, Series
+from explore.mechanisms.linkages.group_equations import Chain, pose_group
+from explore.mechanisms.linkages.group_steps import Bar, PoseGroup
 from explore.mechanisms.linkages.steps import (
     Circle,
     Drive,
@@ -27,9 +31,9 @@ from explore.mechanisms.linkages.steps import (
     Step,
     TranslateLink,
 )
-from explore.mechanisms.linkages.table import LinkageTable, Slot
-from explore.mechanisms.linkages.trace import Factor, Trace
-from explore.mechanisms.linkages.vectors import cross, dot, larger, length, minus
+from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slot
+from explore.mechanisms.linkages.trace import Factor, Trace, local_of
+from explore.mechanisms.linkages.vectors import Vector, cross, dot, larger, length, minus
 
 #: Least product of two factors that conditions are relative to, over the square of their sum.
 _LEAST_SQUARE = 1e-30
@@ -71,6 +75,8 @@ class Equations(Trace):
                 self._join_circle_and_line(step.point, circle, line)
             case JoinPoint(first=(Slot() | SlideLine()) as first, second=(Slot() | SlideLine()) as second):
                 self._join_lines(step.point, first, second)
+            case PoseGroup():
+                self._pose_group(step)
 
     def _drive_pin(self) -> None:
         """Make the driven pin a point of the body with its slot: at `travel` on the way there and back, as a sine."""
@@ -232,3 +238,51 @@ class Equations(Trace):
             inherited = larger(inherited, self._condition_of(line.body if isinstance(line, Slot) else line.slide.body))
         own = self._add_line_factor(point, sine, inherited)
         self._know(point, (g[0] + t * n[0], g[1] + t * n[1]), own, point)
+
+    def _pose_group(self, step: PoseGroup) -> None:
+        first, second = (self._chain(step, bar) for bar in step.bars)
+        cosine, sine = self._angle.cosine.terms[0], self._angle.sine.terms[0]
+        pose = pose_group(self.graph, cosine, sine, len(self.groups), (first, second))
+        self.directions[step.first], self.directions[step.second] = pose.first, pose.second
+        self._origins[step.first] = (self.points[step.first_pin], self._local[step.first][step.first_pin])
+        pin = step.second_pin
+        carried = step.carries(pin)
+        place = self._in_plane(step.first, self._local[step.first][pin]) if carried else self.points[pin]
+        self._origins[step.second] = (place, self._local[step.second][pin])
+        for link in (step.first, step.second):
+            self._conditions_of_links[link] = 1.0 + pose.gain
+        self.factors.append(Factor(step.bars[0].end, pose.reach, pose.reach_size))
+        self.squares.append(pose.square)
+        self.groups.append(tuple(number for bar in step.bars for number in self._moved_chain(step, bar)))
+
+    def _chain(self, step: PoseGroup, bar: Bar) -> Chain:
+        """The bar from its start over the known pins and the links to its end."""
+        (after, on_first), (before, starts) = self._way_to_second(step), self._way_to_start(step, bar)
+        known = minus(self.points[after], self.points[before])
+        second = self.between(step.second, step.second_pin, bar.end)
+        bar_length = length(self.between(bar.link, bar.start, bar.end))
+        return Chain(known, local_of(minus(on_first, starts)), local_of(second), bar_length.terms[0])
+
+    def _way_to_second(self, step: PoseGroup) -> tuple[str, Vector]:
+        """A known point, and from there along the first link to the pin of the second one."""
+        if not step.carries(step.second_pin):
+            return step.second_pin, self._zero
+        return step.first_pin, self.between(step.first, step.first_pin, step.second_pin)
+
+    def _way_to_start(self, step: PoseGroup, bar: Bar) -> tuple[str, Vector]:
+        """The same to the start of a bar."""
+        if not step.carries(bar.start):
+            return bar.start, self._zero
+        return step.first_pin, self.between(step.first, step.first_pin, bar.start)
+
+    def _moved_chain(self, step: PoseGroup, bar: Bar) -> tuple[Number, ...]:
+        """The rows of a chain that `following` takes: c and g of C = c + g z, z the driver's direction; a, b and l."""
+        chain = self._chain(step, bar)
+        (c, g), (d, h) = (self._carried(way[0]) for way in (self._way_to_second(step), self._way_to_start(step, bar)))
+        return (*local_of(minus(c, d)), *local_of(minus(g, h)), *chain.first, *chain.second, chain.length)
+
+    def _carried(self, point: str) -> tuple[Vector, Vector]:
+        """The place of a point as one of the frame and a vector of the driver."""
+        if self._made_by[point] == FRAME:
+            return self._local[FRAME][point], self._zero
+        return self._local[FRAME][self._pivot], self.between(self.table.driver, self._pivot, point)

@@ -34,6 +34,12 @@ SENSES = tuple(f"sense{k}" for k in range(MOST_SENSES))
 LEAST_PLACE = "@least_place"
 #: Input of the greatest one.
 GREATEST_PLACE = "@greatest_place"
+#: Largest number of groups of links that are followed.
+MOST_GROUPS = 4
+#: Operations that follow a group to a cosine and sine: positive where it assembles, 0 where that is not decided.
+FOLLOWS = tuple(f"follow{k}" for k in range(MOST_GROUPS))
+#: Operations that give what was followed: cosine and sine of both links, nearly; the slope of the result and its size.
+PARTS = tuple(f"followed{k}" for k in range(6))
 
 Node = tuple[str | int | float, ...]
 

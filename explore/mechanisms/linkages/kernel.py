@@ -3,15 +3,19 @@
 Names of the table never enter the texts of functions: parameters, links and signals are rows.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, address_of
 from explore.mechanisms.linkages import calling_code, page_code, statuses, vector_code
 from explore.mechanisms.linkages.closing import CLOSING_SIGNATURE, Sizes, close_designs
 from explore.mechanisms.linkages.equations import Equations
+from explore.mechanisms.linkages.following import FOLLOW_SIGNATURE, follow
 from explore.mechanisms.linkages.graph import Number, Series
+from explore.mechanisms.linkages.group_steps import PoseGroup
 from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.mark_errors import BOUND_MARKS_SIGNATURE, bound_marks
 from explore.mechanisms.linkages.native_code import NativeFunction
@@ -75,7 +79,7 @@ def make_kernel(
     tells_reach
         Whether the intervals at which a design assembles that does not turn are asked for.
     """
-    rows = Rows(equations.graph, links)
+    rows = Rows(equations.graph, links, groups=len(equations.groups))
     rows.add(outputs)
     rows.add_parameters([*outputs, *rate[:2]])
     status = rows.count
@@ -88,12 +92,14 @@ def make_kernel(
     factors = len(equations.factors)
     sizes = Sizes(
         factors, len(functions), len(links), rows.count, status, status + 1 + len(parameters),
-        _are_harmonic(functions), int(bool(rate)), int(tells_reach),
+        _are_harmonic(functions), len(equations.groups), rows.first_group, int(bool(rate)), int(tells_reach),
     )  # fmt: skip
     closing = _Closing(
         sizes,
         [float(statuses.blocked_at(joints.index(each.joint))) for each in equations.factors],
+        _starts(equations, joints),
         rows.of_design("design", parameters),
+        rows.of_chains("chains", list(chain(*equations.groups)), parameters) if equations.groups else None,
         {name: rows.of_angle(name, numbers) for name, numbers in of_nodes.items() if numbers},
         rows.from_parameters("disturbed_rate", rate[:2]),
     )
@@ -109,6 +115,14 @@ def make_kernel(
         _pairs_function("disturbed_precise_fill", whole, is_disturbed=True) if is_exact else None,
         curve, status,
     )  # fmt: skip
+
+
+def _starts(equations: Equations, joints: Sequence[str]) -> list[float]:
+    """Where each group is sketched, rad, and the status of a crank that it blocks; see `following`."""
+    groups = [step for step in equations.steps if isinstance(step, PoseGroup)]
+    codes = [float(statuses.blocked_at(joints.index(group.bars[0].end))) for group in groups]
+    starts = equations.table.starts
+    return [each for start, code in zip(starts, codes, strict=True) for each in (*map(math.radians, start), code)]
 
 
 def parameter_names(table: LinkageTable) -> list[str]:
@@ -139,14 +153,16 @@ def _check_rows(equations: Equations, functions: Sequence[Series]) -> list[Numbe
 
 @dataclass(frozen=True)
 class _Closing:
-    """What `close` passes to `close_designs`: sizes, statuses of factors, and programs of a design and of nodes.
+    """What `close` passes to `close_designs`: sizes, statuses of factors, where groups are sketched, and programs.
 
     `reversals` gives the output's rate and its slope from the parameters.
     """
 
     sizes: Sizes
     blocked: Sequence[float]
+    starts: Sequence[float]
     design: Program
+    chains: Program | None
     of_nodes: Mapping[str, Program]
     reversals: Program
 
@@ -154,9 +170,13 @@ class _Closing:
         """The function, and those that it passes, in LLVM's language."""
         return "".join([
             vector_code.HEAD, vector_code.design_function(self.design),
+            vector_code.design_function(self.chains) if self.chains else "",
             *map(vector_code.node_function, self.of_nodes.values()),
             *([vector_code.fill_function(self.reversals, is_disturbed=True)] if self.sizes.has_strokes else ()),
-            calling_code.close_function(self.sizes, self.blocked, ["design", *_present(self.of_nodes)]),
+            calling_code.close_function(
+                self.sizes, self.blocked, self.starts,
+                ["design", "chains" if self.chains else "", *_present(self.of_nodes)],
+            ),
         ])  # fmt: skip
 
     def javascript(self, name: str, word_of: Callable[[Any], str]) -> str:
@@ -164,9 +184,12 @@ class _Closing:
         of_nodes = [self.of_nodes.get(name) for name in _present(self.of_nodes)]
         functions = [
             page_code.design_function(self.design, word_of),
+            page_code.design_function(self.chains, word_of) if self.chains else "null",
             *(page_code.node_function(program, word_of) if program else "null" for program in of_nodes),
         ]
-        return page_code.close_function(name, word_of(close_designs), self.sizes, self.blocked, functions)
+        return page_code.close_function(
+            name, word_of(close_designs), self.sizes, (self.blocked, self.starts), functions
+        )
 
 
 def _present(of_nodes: Mapping[str, Program]) -> list[str]:
@@ -207,6 +230,7 @@ def _addresses(text: str) -> dict[str, int]:
     functions = {
         calling_code.CLOSE: (close_designs, CLOSING_SIGNATURE),
         vector_code.OPERATE: (operate, OPERATE_SIGNATURE),
+        vector_code.FOLLOW: (follow, FOLLOW_SIGNATURE),
         calling_code.FILL_PAIRS: (fill_pairs, PAIRS_SIGNATURE),
         calling_code.BOUND_MARKS: (bound_marks, BOUND_MARKS_SIGNATURE),
         calling_code.SHARPEN: (sharpen_marks, MARKS_SIGNATURE),

@@ -8,7 +8,8 @@ from explore.base.lanes.arctangent import arctangent
 from explore.base.lanes.elementary import exact_sum
 from explore.mechanisms.linkages.closing import Sizes
 from explore.mechanisms.linkages.degrees import cosine_of_degrees, degrees_of, sine_of_degrees, tangent_of_degrees
-from explore.mechanisms.linkages.graph import SENSES
+from explore.mechanisms.linkages.following import GROUP_ROWS, follow
+from explore.mechanisms.linkages.graph import FOLLOWS, PARTS, SENSES
 from explore.mechanisms.linkages.programs import Operation, Program
 
 #: Function that gives the word of JavaScript for a function of Python.
@@ -51,10 +52,13 @@ def close_function_after(name: str, called: str, design: str, constants: int, ow
     return "\n".join([f"function {name}(record) {{", *lines, f"({design})(record, record);", "}"])
 
 
-def close_function(name: str, called: str, sizes: Sizes, blocked: Sequence[float], functions: Sequence[str]) -> str:
+def close_function(
+    name: str, called: str, sizes: Sizes, tables: Sequence[Sequence[float]], functions: Sequence[str]
+) -> str:
     """A function of a record, which calls `closing.close_designs` with these arguments."""
     members = ", ".join(f"{key}: {value}" for key, value in sizes._asdict().items())
-    return f"function {name}(record) {{\n{called}(record, {{{members}}}, {list(blocked)}, {', '.join(functions)});\n}}"
+    passed = ", ".join([*(f"new Float64Array({list(each)})" for each in tables), *functions])
+    return f"function {name}(record) {{\n{called}(record, {{{members}}}, {passed});\n}}"
 
 
 def _lines(program: Program, word_of: WordOf) -> Iterator[str]:
@@ -62,8 +66,12 @@ def _lines(program: Program, word_of: WordOf) -> Iterator[str]:
     texts |= {k: _literal(value) for k, value in program.literals.items()}
     for operation in program.operations:
         k = operation.result
-        texts[k] = f"t{k}" if k >= 0 else f"a{~k}"
-        yield f"const {texts[k]} = {_expression(operation, [texts[each] for each in operation.operands], word_of)};"
+        texts[k], parts = f"t{k}" if k >= 0 else f"a{~k}", [texts[each] for each in operation.operands]
+        if operation.name in FOLLOWS:
+            first = program.first_group + FOLLOWS.index(operation.name) * GROUP_ROWS
+            passed = f"read, {first}, 1, [{parts[0]}], [{parts[1]}], {texts[k]}rows"
+            yield f"const {texts[k]}rows = new Float64Array({1 + len(PARTS)});\n{word_of(follow)}({passed});"
+        yield f"const {texts[k]} = {_expression(operation, parts, word_of, texts[k])};"
     for row, k in program.writes:
         yield f"written[{row}] = {texts[k]};"
 
@@ -74,8 +82,12 @@ def _literal(value: float) -> str:
     return f"({value!r})" if math.isfinite(value) else "NaN"
 
 
-def _expression(operation: Operation, parts: list[str], word_of: WordOf) -> str:
+def _expression(operation: Operation, parts: list[str], word_of: WordOf, result: str) -> str:
     match operation.name:
+        case name if name in FOLLOWS:
+            return f"{result}rows[0]"
+        case name if name in PARTS:
+            return f"{parts[0]}rows[{1 + PARTS.index(name)}]"
         case "input":
             return parts[0]
         case "tangent":

@@ -21,16 +21,26 @@ from explore.base.lanes.double_double import (
     sine_of_pair,
 )
 from explore.base.subroutines import subroutine
+from explore.mechanisms.linkages.following import GROUP_ROWS, follow_group
+from explore.mechanisms.linkages.graph import FOLLOWS, PARTS
 
 (
     _ADD, _SUB, _MUL, _DIV, _NEG, _SQRT, _ABS, _MAX, _MIN, _INPUT, _TANGENT, _MIRROR, _CHOOSE, _ARCTANGENT, _SIN, _COS,
-) = range(16)  # fmt: skip
+    _FOLLOW,
+) = range(17)  # fmt: skip
 #: Numbers of operations by their names.
 PAIR_CODES = {
     "add": _ADD, "sub": _SUB, "mul": _MUL, "div": _DIV, "neg": _NEG, "sqrt": _SQRT, "abs": _ABS, "max": _MAX,
     "maximum": _MAX, "minimum": _MIN, "input": _INPUT, "tangent": _TANGENT, "mirror": _MIRROR, "choose": _CHOOSE,
     "arctangent": _ARCTANGENT, "sin": _SIN, "cos": _COS,
+    **{
+        f"{group}{part}": _FOLLOW + (1 + len(PARTS)) * number + k
+        for number, group in enumerate(FOLLOWS)
+        for k, part in enumerate(("", *PARTS))
+    },
 }  # fmt: skip
+#: Number of parts of what is followed.
+_PARTS = len(PARTS)
 #: Columns of an operation: code, numbers of its operands and of its result, and place of its factor; -1 for none.
 COLUMNS = 5
 #: Relative change of a disturbed operation over DISTURBANCE: as much less as pairs round less than doubles.
@@ -48,6 +58,8 @@ class PairSizes(NamedTuple):
         Number of the operations that do not depend on the angle, which come first.
     operations, rows
         Number of operations, and of rows that are written.
+    first_group
+        First of the constants that groups of links are followed by.
     """
 
     literals: int
@@ -56,6 +68,7 @@ class PairSizes(NamedTuple):
     still: int
     operations: int
     rows: int
+    first_group: int
 
 
 _F1, _I1 = types.float64[::1], types.int64[::1]
@@ -89,7 +102,10 @@ def fill_pairs(constants, tangents, anchor, count, out, sizes, literals, integer
             node[lane] = tangents[j * LANES + lane] + change
         for k in range(0 if j == 0 or is_disturbed > 0 else sizes.still, sizes.operations):
             step = steps[k * COLUMNS :]
-            _operate(step, space, node, anchor)
+            if step[0] >= _FOLLOW:
+                _follow(step, space, constants, sizes.first_group)
+            else:
+                _operate(step, space, node, anchor)
             if is_disturbed > 0 and step[4] >= 0:
                 share = 1.0 if step[0] == _ARCTANGENT else _PAIR_SHARE
                 _disturb(space[step[3] * row :], share * (FACTORS[first + step[4]] - 1.0))
@@ -97,6 +113,17 @@ def fill_pairs(constants, tangents, anchor, count, out, sizes, literals, integer
             result, place = space[written[k] * row :], out[(j * sizes.rows + k) * LANES :]
             for lane in range(LANES):
                 place[lane] = result[lane]
+
+
+@subroutine(allocates=True)
+def _follow(step, space, constants, first_group):
+    """Fill the result of following a group of links: about where it is, as doubles."""
+    row, number = 2 * LANES, step[0] - _FOLLOW
+    cosine, sine, out = space[step[1] * row :], space[step[2] * row :], space[step[3] * row :]
+    rows, group, part = np.empty((1 + _PARTS) * LANES), number // (1 + _PARTS), number % (1 + _PARTS)
+    follow_group(constants, first_group + group * GROUP_ROWS, LANES, cosine, sine, rows)
+    for lane in range(LANES):
+        out[lane], out[LANES + lane] = rows[part * LANES + lane], 0.0
 
 
 @subroutine()

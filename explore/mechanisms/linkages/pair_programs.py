@@ -4,6 +4,7 @@ from collections.abc import Hashable, Sequence
 from typing import NamedTuple
 
 from explore.base.lanes.disturbance import PERIOD
+from explore.mechanisms.linkages.graph import FOLLOWS, PARTS
 from explore.mechanisms.linkages.pair_operations import COLUMNS, PAIR_CODES, PairSizes
 from explore.mechanisms.linkages.programs import EXACT, Program
 
@@ -18,7 +19,7 @@ class PairPlan(NamedTuple):
 
 def knows_pairs(program: Program) -> bool:
     """Whether all operations of a program are known for pairs."""
-    return all(operation.name in (*PAIR_CODES, "exact_sum") for operation in program.operations)
+    return all(operation.name in (*PAIR_CODES, *PARTS, "exact_sum") for operation in program.operations)
 
 
 def plan_pairs(program: Program) -> PairPlan:
@@ -27,6 +28,7 @@ def plan_pairs(program: Program) -> PairPlan:
     still: list[int] = []
     moving: list[int] = []
     of_angle = set[Hashable]()
+    followed: dict[int, tuple[str, tuple[int, ...]]] = {}
 
     def put(name: str, operands: Sequence[Hashable], result: Hashable, factor: int) -> None:
         is_moving = name == "tangent" or not of_angle.isdisjoint(operands)
@@ -38,6 +40,11 @@ def plan_pairs(program: Program) -> PairPlan:
 
     for result, name, operands in program.operations:
         factor = result % PERIOD if result >= 0 and name not in EXACT else -1
+        if name in FOLLOWS:
+            followed[result] = name, operands
+        elif name in PARTS:
+            group, operands = followed[operands[0]]
+            name = f"{group}{name}"
         if name == "exact_sum":
             a, b, c, d = operands
             put("add", (a, b), (result, 2), factor)
@@ -47,7 +54,7 @@ def plan_pairs(program: Program) -> PairPlan:
             put(name, operands, result, factor)
     sizes = PairSizes(
         len(program.literals), len(program.reads), len(numbers), len(still) // COLUMNS,
-        (len(still) + len(moving)) // COLUMNS, len(program.writes),
+        (len(still) + len(moving)) // COLUMNS, len(program.writes), program.first_group,
     )  # fmt: skip
     literals = [*program.literals.values(), *(program.rests.get(k, 0.0) for k in program.literals)]
     writes = [numbers[k] for _, k in program.writes]

@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
+from explore.mechanisms.linkages.following import GROUP_ROWS
 from explore.mechanisms.linkages.graph import (
     ANGLE,
     COSINE,
+    FOLLOWS,
     GREATEST_PLACE,
     LEAST_PLACE,
+    PARTS,
     SENSES,
     SINE,
     VERSINES,
@@ -22,7 +25,7 @@ from explore.mechanisms.linkages.graph import (
 from explore.mechanisms.linkages.trace import REFERENCE
 
 #: Operations that round nothing.
-EXACT = frozenset({"neg", "abs", "max", "maximum", "minimum", *SENSES})
+EXACT = frozenset({"neg", "abs", "max", "maximum", "minimum", *SENSES, *FOLLOWS, *PARTS})
 #: Row of the constant with the distance of the nearest singularity.
 DISTANCE_ROW = 0
 #: Row of the constant with the half-tangent of the reversal of the output at its least place.
@@ -69,6 +72,8 @@ class Program:
         Row and number of each result, in the order of the rows.
     rests
         What the literals are rounded by, where that is not 0.
+    first_group
+        First of the constants that groups of links are followed by.
     """
 
     name: str
@@ -77,13 +82,18 @@ class Program:
     reads: Mapping[int, int]
     writes: tuple[tuple[int, int], ...]
     rests: Mapping[int, float]
+    first_group: int
 
 
 class Rows:
-    """Constants of a design, from the row `first` on: numbers that functions of the angle use, and not of the angle."""
+    """Constants of a design, from the row `first` on: numbers that functions of the angle use, and not of the angle.
 
-    def __init__(self, graph: Graph, links: Sequence[str], first: int = FIRST_REFERENCE) -> None:
-        self._graph, self._first = graph, first
+    Those of `groups` of links are behind the references of `links`.
+    """
+
+    def __init__(self, graph: Graph, links: Sequence[str], first: int = FIRST_REFERENCE, groups: int = 0) -> None:
+        self._graph, self._first, self._of_groups = graph, first, groups * GROUP_ROWS
+        self.first_group = first + 3 * len(links)
         # The rows before are written at the end; references follow one after the other, whether used or not.
         references = [graph.input(f"{REFERENCE}{link}:{part}").index for link in links for part in range(3)]
         self._rows = {k: row for row, k in enumerate(references, first)}
@@ -94,7 +104,7 @@ class Rows:
     @property
     def count(self) -> int:
         """Number of constants, with those before."""
-        return self._first - 2 + len(self._rows)
+        return self._first - 2 + len(self._rows) + self._of_groups
 
     def add(self, outputs: Sequence[Number]) -> None:
         """Add the constants that outputs need."""
@@ -120,7 +130,15 @@ class Rows:
         writes = [(row, k) for k, row in self._rows.items() if k not in self._written_last]
         order = graph.needed(Number(graph, k) for _, k in writes)
         reads = {k: parameters[str(graph.nodes[k][1])] for k in order if graph.nodes[k][0] == "input"}
-        return _program(name, graph, [k for k in order if k not in reads], reads, writes, _inputs_of_angle())
+        return self._program(name, [k for k in order if k not in reads], reads, writes, _inputs_of_angle())
+
+    def of_chains(self, name: str, chains: Sequence[Number], parameters: Mapping[str, int]) -> Program:
+        """The program that fills rows of the chains of groups from the rows of parameters."""
+        graph = self._graph
+        order = graph.needed(chains)
+        reads = {k: parameters[str(graph.nodes[k][1])] for k in order if graph.nodes[k][0] == "input"}
+        writes = [(row, each.index) for row, each in enumerate(chains)]
+        return self._program(name, [k for k in order if k not in reads], reads, writes, _inputs_of_angle())
 
     def of_angle(self, name: str, outputs: Sequence[Number], quarters: int = 0) -> Program:
         """The program that fills outputs at an angle from the constants, its anchor so many quarters of a turn on."""
@@ -148,7 +166,18 @@ class Rows:
                 order.add(k)
                 waiting += operands(graph.nodes[k])
         writes = [(row, each.index) for row, each in enumerate(outputs)]
-        return _program(name, graph, sorted(order), self._rows, writes, angle or _inputs_of_angle())
+        return self._program(name, sorted(order), self._rows, writes, angle or _inputs_of_angle())
+
+    def _program(
+        self,
+        name: str,
+        order: Iterable[int],
+        rows: Mapping[int, int],
+        writes: Sequence[tuple[int, int]],
+        angle: _Angle,
+    ) -> Program:
+        """The program of the numbers of an order, which reads or writes out the others."""
+        return _program(name, self._graph, order, rows, writes, angle, self.first_group)
 
 
 def _program(
@@ -158,8 +187,8 @@ def _program(
     rows: Mapping[int, int],
     writes: Sequence[tuple[int, int]],
     angle: _Angle,
+    first_group: int,
 ) -> Program:
-    """The program of the numbers of an order, which reads or writes out the others."""
     nodes, of_angle = graph.nodes, angle.graph.nodes
     computed = [k for k in order if nodes[k][0] != "constant"]
     used = {each for k in computed for each in operands(nodes[k])}.union(k for _, k in writes).difference(computed)
@@ -179,7 +208,7 @@ def _program(
     literals |= {~k: float(node[1]) for k, node in enumerate(of_angle) if node[0] == "constant"}
     reads = {k: rows[k] for k in sorted(used) if nodes[k][0] != "constant"}
     rests = {k: float(nodes[k][2]) for k in literals if k >= 0 and nodes[k][2] != 0.0}
-    return Program(name, (*before, *operations), literals, reads, tuple(sorted(writes)), rests)
+    return Program(name, (*before, *operations), literals, reads, tuple(sorted(writes)), rests, first_group)
 
 
 class _Angle(NamedTuple):

@@ -24,6 +24,7 @@ from types import MappingProxyType
 
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
+from explore.mechanisms.linkages.group_steps import PoseGroup
 from explore.mechanisms.linkages.loads import Joint, Loading
 from explore.mechanisms.linkages.steps import (
     Circle,
@@ -104,6 +105,8 @@ class Reactions:
                 self._hold(step.link, step.pivot)
             case DriveOnLines():
                 self._drive_on_lines(step)
+            case PoseGroup():
+                self._pose_group(step)
 
     # balances of steps
 
@@ -147,6 +150,45 @@ class Reactions:
         a, b = self._shares(total, normal, other, step.slot.name)
         self._press(step.slot, -b)
         self._guide(step.slide, a, step.slot.pin)
+
+    def _pose_group(self, step: PoseGroup) -> None:
+        """The forces of two bars along them follow from the moments of both links about their pins."""
+        first, second = self._moment(step.first, step.first_pin), self._moment(step.second, step.second_pin)
+        arm, is_carried = self._arm(step.first_pin, step.second_pin), step.carries(step.second_pin)
+        first = first + (cross(arm, self._total(step.second)) if is_carried else self._zero)
+        known, directions, slopes = [], [], []
+        for bar in step.bars:
+            force, along = self._force_of(bar.end, Circle(bar.link, bar.start))
+            lever = self._arm(step.second_pin, bar.end)
+            # what pushes the end on pushes the start, or the pin of the second link, on the first link
+            across = self._arm(step.first_pin, bar.start)
+            starts_on_first = step.carries(bar.start)
+            second = second + cross(lever, force)
+            if starts_on_first:
+                first = first + cross(across, minus(self._total(bar.link), force))
+            on_first = -cross(across, along) if starts_on_first else self._zero
+            if is_carried:
+                first, on_first = first + cross(arm, force), on_first + cross(arm, along)
+            known.append(force)
+            directions.append(along)
+            slopes.append((on_first, cross(lever, along)))
+        (p, q), (r, s) = slopes
+        inverse = 1.0 / (p * s - q * r)
+        shares = (r * second - s * first) * inverse, (q * first - p * second) * inverse
+        for bar, force, along, share in zip(step.bars, known, directions, shares, strict=True):
+            x, y = _sum(force, _times(along, share))
+            self._put(bar.end, bar.link, (-x, -y))
+            self._pass_on(bar.end, step.second)
+            self._hold(bar.link, bar.start)
+            if step.carries(bar.start):
+                self._pass_on(bar.start, step.first)
+        self._hold(step.second, step.second_pin)
+        if is_carried:
+            self._pass_on(step.second_pin, step.first)
+        self._hold(step.first, step.first_pin)
+
+    def _arm(self, start: str, end: str) -> Local:
+        return minus(self._place(end), self._place(start))
 
     def _force_of(self, point: str, locus: Locus) -> tuple[Local, Local]:
         """The force of a locus on a pin: what is known of it, and the direction of the rest."""
@@ -213,7 +255,8 @@ class Reactions:
         if slot is not None and (point, body) == (slot.pin, slot.body):
             self.along, self.across[slot.name] = -dot(force, self._along(slot)), -dot(force, self._normal(slot))
         else:
-            self.on_bodies[point, body] = force
+            before = self.on_bodies.get((point, body))
+            self.on_bodies[point, body] = _sum(before, force) if before else force
         self._pins[point] = minus(self._pins[point], force)
         self._acting[body].append((self._place(point), force))
 

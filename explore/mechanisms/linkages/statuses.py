@@ -6,6 +6,10 @@ from explore.model.status import OwnStatus
 
 #: Code of a design that assembles at no crank angle.
 CANNOT_ASSEMBLE = 2
+#: Code of a design that is in another assembly after a turn.
+RETURNS_NOT = 3
+#: Code of a design with links that have no assembly at the crank angle of the sketch.
+NO_ASSEMBLY = 4
 #: Code of a design whose output does not turn back exactly twice.
 NO_STROKES = 5
 #: Code of a design of which it is not decided whether its crank turns.
@@ -21,7 +25,9 @@ def blocked_at(joint: int) -> int:
     return _FIRST_JOINT + 2 * joint
 
 
-def declare_statuses(joints: Sequence[str], of_lines: Collection[str], *, turns: bool) -> dict[int, OwnStatus]:
+def declare_statuses(
+    joints: Sequence[str], of_lines: Collection[str], *, turns: bool, has_groups: bool
+) -> dict[int, OwnStatus]:
     """The statuses by code; those in `of_lines` are joints of two lines, and `turns` tells the turn from a range."""
     motion = "turns fully" if turns else "moves over its range"
     statuses = {
@@ -44,6 +50,11 @@ def declare_statuses(joints: Sequence[str], of_lines: Collection[str], *, turns:
             is_undecided=True,
         ),
     }
+    if has_groups:
+        words = "after a turn of the crank the links are assembled in another way"
+        statuses[RETURNS_NOT] = OwnStatus("does_not_return", words, lacks_turn=True)
+        words = "links have no assembly at the crank angle of the sketch"
+        statuses[NO_ASSEMBLY] = OwnStatus("no_assembly_at_sketch", words)
     for k, joint in enumerate(joints):
         statuses[blocked_at(k)] = OwnStatus(
             f"crank_blocked_at_{joint}",

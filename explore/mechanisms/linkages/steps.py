@@ -2,7 +2,8 @@
 
 A point on two known circles or lines becomes known, and so does a link with two known points. This finds the dyads RRR
 (two circles), RRP (circle and line), PRP (two lines) and RPR (a link with a known point whose slot has a known pin)
-without naming them. What is left when nothing follows any more is a group that no dyad solves.
+without naming them. Where nothing follows any more, four links may follow together, two of them as bars between the
+others and known points: the groups of class III and IV of Assur with six pins. What is left then is not solved.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from explore.base.errors import RequestError
+from explore.mechanisms.linkages.group_steps import PoseGroup, find_group
 from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slide, Slot
 
 
@@ -104,7 +106,7 @@ class JoinPoint:
     second: Locus
 
 
-Step = Drive | DriveOnLines | PlacePoint | PoseLink | TranslateLink | SlideInSlot | PoseBySlot | JoinPoint
+Step = Drive | DriveOnLines | PlacePoint | PoseLink | TranslateLink | SlideInSlot | PoseBySlot | JoinPoint | PoseGroup
 
 
 class TableError(RequestError):
@@ -146,7 +148,7 @@ class _Search:
 
     def run(self) -> tuple[Step, ...]:
         self._drive()
-        while self._place_points() or self._pose_link() or self._join_point():
+        while self._place_points() or self._pose_link() or self._join_point() or self._pose_group():
             pass
         self._check()
         return tuple(self._steps)
@@ -225,6 +227,17 @@ class _Search:
                 return True
         return False
 
+    def _pose_group(self) -> bool:
+        """Pose two links of a group that hangs on the frame and on a driver that turns."""
+        free = [link for link in self._table.links if link.name not in self._posed and link.name not in self._slides]
+        carried = {point for point, body in self._points.items() if body in (FRAME, self._table.driver)}
+        turns = any(isinstance(step, Drive) for step in self._steps)
+        group = find_group(free, carried) if turns else None
+        if group:
+            self._steps.append(group)
+            self._posed |= {group.first, group.second}
+        return group is not None
+
     def _use(self, *loci: Locus) -> None:
         """Take slots off those that were not used yet."""
         self._slots = [slot for slot in self._slots if slot not in loci]
@@ -263,7 +276,8 @@ class _Search:
             raise self._too_many(-freedoms)
         if rest:
             reason = (
-                "form a group that no dyad solves, which is not supported yet"
+                "form a group that no dyad solves; of such groups those of four links with six pins, "
+                "hung on the frame and a driver that turns, are supported"
                 if len(rest) > 1
                 else "is in no dyad; say of a link that only translates along which direction, in [linkage.slides]"
             )

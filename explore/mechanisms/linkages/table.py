@@ -114,6 +114,9 @@ class LinkageTable:
         Masses and forces; None for a linkage without.
     branches
         Joints whose side is a parameter, 1 or -1, with its name.
+    starts
+        For each group of four links, in the order of `steps`, where it is sketched: the crank angle and the directions
+        of both links that it poses, deg.
     """
 
     driver: str
@@ -128,6 +131,7 @@ class LinkageTable:
     limits: tuple[float, float] | None = None
     loads: Loads | None = None
     branches: tuple[tuple[str, str], ...] = ()
+    starts: tuple[tuple[float, float, float], ...] = ()
 
     @property
     def bodies(self) -> Iterator[Body]:
@@ -177,11 +181,11 @@ class LinkageTable:
     @cached_property
     def digest(self) -> str:
         """A hash of everything that the motion, its signals and their names follow from."""
-        *others, limits, loads, branches = [_plain(getattr(self, field.name)) for field in fields(self)]
+        *others, limits, loads, branches, starts = [_plain(getattr(self, field.name)) for field in fields(self)]
         # Results of before there were limits, loads or curves name their mechanism by a hash without them.
         if self.loads and not self.loads.curves:
             loads = _plain(tuple(getattr(self.loads, field.name) for field in fields(self.loads)[:-1]))
-        content = (*others, *(part for part in (limits, loads, branches) if part))
+        content = (*others, *(part for part in (limits, loads, branches, starts) if part))
         return hashlib.sha256(repr(content).encode()).hexdigest()
 
 

@@ -56,6 +56,8 @@ class Trace:
         In the order in which joints are solved.
     squares
         Squares of distances that are divided by, and so must not vanish, at complex angles either.
+    groups
+        For each group of links what `following` takes of it.
     size
         Sum of the distances of all points of bodies from the first of each, mm.
     """
@@ -68,6 +70,7 @@ class Trace:
     determinants: dict[str, Number] = field(default_factory=dict)
     factors: list[Factor] = field(default_factory=list)
     squares: list[Series] = field(default_factory=list)
+    groups: list[tuple[Number, ...]] = field(default_factory=list)
     size: Number = field(init=False)
 
     def __post_init__(self) -> None:
@@ -222,8 +225,8 @@ class Trace:
         """The distance of two points if one is of the frame and one of the driver, and the sense of it from a to b."""
         for still, moving, sense in ((a, b, -1.0), (b, a, 1.0)):
             if self._pivot and self._made_by.get(still) == FRAME and self._made_by.get(moving) == self.table.driver:
-                ground = _local(self.between(FRAME, self._pivot, still))
-                crank = _local(self.between(self.table.driver, self._pivot, moving))
+                ground = local_of(self.between(FRAME, self._pivot, still))
+                crank = local_of(self.between(self.table.driver, self._pivot, moving))
                 distance = find_distance(self._angle, ground, crank)
                 return (distance, sense) if distance else None
         return None
@@ -235,13 +238,15 @@ class Trace:
             return None
         start, end = self._ends(line)
         crank, pivot = self.between(self.table.driver, self._pivot, point), self._local[FRAME][self._pivot]
-        return find_margins(self._angle, radius, _local(start), _local(minus(end, start)), _local(pivot), _local(crank))
+        return find_margins(
+            self._angle, radius, local_of(start), local_of(minus(end, start)), local_of(pivot), local_of(crank)
+        )
 
     def _exact_sum(self, *terms: Series) -> Number:
         """A sum of the design, rounded once."""
         return self.graph.exact_sum(*(term.terms[0] for term in terms))
 
 
-def _local(vector: Vector) -> Local:
+def local_of(vector: Vector) -> Local:
     """A vector of a body that does not depend on the input angle."""
     return vector[0].terms[0], vector[1].terms[0]

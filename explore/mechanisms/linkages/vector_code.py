@@ -9,7 +9,8 @@ from collections.abc import Iterable, Iterator
 from explore.base.compiling import LANES
 from explore.base.lanes.disturbance import FACTORS, OF_TANGENTS, PERIOD, STEP
 from explore.base.lanes.elementary import exact_sum
-from explore.mechanisms.linkages.graph import SENSES
+from explore.mechanisms.linkages.following import GROUP_ROWS
+from explore.mechanisms.linkages.graph import FOLLOWS, PARTS, SENSES
 from explore.mechanisms.linkages.operations import CODES
 from explore.mechanisms.linkages.programs import EXACT, Operation, Program
 
@@ -27,6 +28,9 @@ _SLOTS = ("first.operand", "second.operand", "of.operands")
 
 #: Symbol of `operations.operate`.
 OPERATE = "explore_linkage_operate"
+
+#: Symbol of `following.follow`.
+FOLLOW = "explore_linkage_follow"
 
 #: Names of the inputs of the angle in functions; "input" copies its operand.
 _GIVEN = {
@@ -49,7 +53,7 @@ def _suffix(lanes: int) -> str:
 
 
 #: Declarations of what functions call.
-HEAD = f"declare ptr @{OPERATE}(i64, ptr, ptr, ptr)\n" + "".join(
+HEAD = f"declare ptr @{OPERATE}(i64, ptr, ptr, ptr)\ndeclare ptr @{FOLLOW}(ptr, i64, i64, ptr, ptr, ptr)\n" + "".join(
     f"declare {_type(lanes)} @llvm.{name}.{_suffix(lanes)}({', '.join([_type(lanes)] * count)})\n"
     for name, count in (("sqrt", 1), ("fabs", 1), ("maximum", 2), ("minimum", 2))
     for lanes in (LANES, 1)
@@ -77,7 +81,11 @@ def curve_function(program: Program) -> str:
         "  %opposite.sine = fneg double %sine\n"
         "  %over = select i1 %behind, double %opposite.sine, double %sine\n  %tangent = fdiv double %over, %more\n"
     )
-    return _function(program.name, ("read", "cosine.", "sine.", "written"), angle + _body(program, _FAST, lanes=1))
+    return _function(
+        program.name,
+        ("read", "cosine.", "sine.", "written"),
+        _scratch(program, 1) + angle + _body(program, _FAST, lanes=1),
+    )
 
 
 def fill_function(program: Program, *, is_disturbed: bool = False, before: str = "", rows_before: int = 0) -> str:
@@ -162,10 +170,13 @@ def _function(name: str, arguments: Iterable[str], text: str) -> str:
     return f"define ptr @{name}({', '.join(declared)}) nounwind {{\nentry:\n{pointers}{text}  ret ptr null\n}}\n\n"
 
 
-def _scratch(program: Program) -> str:
-    """Rows for the operands and the results of `operate`, if it is called."""
-    calls = any(operation.name in CODES for operation in program.operations)
-    return "".join(f"  %{name} = alloca {_VECTOR}\n" for name in _SLOTS) if calls else ""
+def _scratch(program: Program, lanes: int = LANES) -> str:
+    """Rows for the operands and the results of `operate` and `follow`, if they are called."""
+    names = {operation.name for operation in program.operations}
+    calls = not names.isdisjoint((*CODES, *FOLLOWS))
+    slots = [f"  %{name} = alloca {_type(lanes)}\n" for name in _SLOTS] if calls else []
+    groups = [f"  %{name}.rows = alloca [{1 + len(PARTS)} x {_type(lanes)}]\n" for name in FOLLOWS if name in names]
+    return "".join([*slots, *groups])
 
 
 def _body(program: Program, flags: str, *, is_disturbed: bool = False, lanes: int = LANES) -> str:
@@ -179,6 +190,7 @@ class _Body:
         self._program, self._flags, self._is_disturbed = program, flags, is_disturbed
         self._lanes, self._type = lanes, _type(lanes)
         self._texts = {k: _splat(value, lanes) for k, value in program.literals.items()}
+        self._followed: dict[int, str] = {}
 
     def lines(self) -> Iterator[str]:
         """Statements, and stores of results as soon as they are known."""
@@ -233,6 +245,14 @@ class _Body:
             lines: list[str] = []
             self._texts[k] = exact_sum.py_func(*(_Plain(part, result, lines) for part in parts)).text
             yield from lines
+        elif name in FOLLOWS:
+            self._followed[k] = f"%{name}.rows"
+            yield from self._follow(result, self._followed[k], FOLLOWS.index(name), parts)
+        elif name in PARTS:
+            rows, row = self._followed[operation.operands[0]], 1 + PARTS.index(name)
+            yield (
+                _place(f"{result}.at", rows, row, 1, self._lanes) + _load(result, f"{result}.at", self._lanes).rstrip()
+            )
         else:
             yield from self._call(result, CODES[name], parts)
         if self._is_disturbed and k >= 0 and name not in EXACT:
@@ -264,6 +284,15 @@ class _Body:
         slots = f"ptr {first}, ptr {second if len(parts) == 2 else first}, ptr {third}"
         yield f"  {result}.null = call ptr @{OPERATE}(i64 {code}, {slots})"
         yield f"  {result} = load {_VECTOR}, ptr {third}"
+
+    def _follow(self, result: str, rows: str, group: int, parts: list[str]) -> Iterator[str]:
+        """A group of links at the cosine and the sine of an angle."""
+        for slot, part in zip(_SLOTS, parts, strict=False):
+            yield f"  store {self._type} {part}, ptr %{slot}, align 8"
+        first = self._program.first_group + group * GROUP_ROWS
+        slots = f"ptr %{_SLOTS[0]}, ptr %{_SLOTS[1]}, ptr {rows}"
+        yield f"  {result}.null = call ptr @{FOLLOW}(ptr %read, i64 {first}, i64 {self._lanes}, {slots})"
+        yield _load(result, rows, self._lanes).rstrip()
 
 
 class _Plain:

@@ -40,7 +40,7 @@ def words_of(step: TwoSided) -> tuple[str, str]:
 def read_branch(
     entries: Mapping[str, Any], table: LinkageTable, steps: Mapping[str, TwoSided], problems: Problems
 ) -> dict[str, int]:
-    """The sign of each joint or slot that the section names; see `words_of`."""
+    """The sign of each joint or slot that the section names; see `words_of`. Those of groups are read by others."""
     signs: dict[str, int] = {}
     known = {*table.points, *(slot.name for slot in table.slots), *(link.name for link in table.links)}
     for name, entry in entries.items():

@@ -9,6 +9,7 @@ from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import Body, LinkageTable, TableParameter
 from explore.studies.linkages.branch import two_sided, words_of
 from explore.studies.linkages.coordinates import text_of
+from explore.studies.linkages.groups import branch_of, groups_of
 
 #: Largest number that is written without a decimal point.
 _LARGEST_WHOLE = 1e15
@@ -16,7 +17,8 @@ _LARGEST_WHOLE = 1e15
 
 def content_of(table: LinkageTable) -> dict[str, Any]:
     """The sections of a table, with the sides of joints in place of a sketch; equal for equal tables."""
-    sides = two_sided(find_steps(table))
+    steps = find_steps(table)
+    sides, groups = two_sided(steps), groups_of(steps)
     parts: dict[str, Any] = {
         "driver": table.driver,
         "output": table.output,
@@ -33,7 +35,12 @@ def content_of(table: LinkageTable) -> dict[str, Any]:
             for slot in table.slots
         },
         "slides": {slide.link: {"link": slide.body, "direction": _pair(slide.direction)} for slide in table.slides},
-        "branch": {name: words_of(sides[name])[sign < 0] for name, sign in table.signs},
+        "branch": {name: words_of(sides[name])[sign < 0] for name, sign in table.signs}
+        | {
+            link: said
+            for group, start in zip(groups, table.starts, strict=True)
+            for link, said in branch_of(group, start).items()
+        },
         "loads": _loads(table.loads) if table.loads else {},
         "parameters": {
             p.name: declared

@@ -13,6 +13,7 @@ from explore.mechanisms.linkages.table import FRAME, LinkageTable, carrier
 from explore.studies.linkages.branch import note_missing, read_branch, two_sided
 from explore.studies.linkages.copies import add_copies
 from explore.studies.linkages.friction import note_rigid_pins, note_rough_joints
+from explore.studies.linkages.groups import groups_of, note_groups, read_starts
 from explore.studies.linkages.loads import LoadReader
 from explore.studies.linkages.parallel_lines import note_parallel_lines
 from explore.studies.linkages.parameters import located_coordinates, read_parameters, rough_values
@@ -218,10 +219,14 @@ def _with_signs(
     note_parallel_lines(table, steps, problems)
     note_rough_joints(table, steps, problems)
     note_rigid_pins(table, steps, problems)
+    before, groups = len(problems), groups_of(steps)
+    note_groups(groups, copied, problems)
     all_sides = two_sided(steps)
     sides = {name: step for name, step in all_sides.items() if name not in copied}
-    before = len(problems)
-    signs = read_branch(read_part(section, "branch", problems), table, sides, problems)
+    branch = read_part(section, "branch", problems)
+    of_groups = {link for group in groups for link in (group.first, group.second)}
+    signs = read_branch({k: v for k, v in branch.items() if k not in of_groups}, table, sides, problems)
+    sketch = None
     if "sketch" in section:
         moving = tuple(p for p in table.parameters if p.name in table.moving_names)
         values = rough_values(moving, entries, problems)
@@ -230,8 +235,10 @@ def _with_signs(
         sketch = Sketch.read(read_part(section, "sketch", problems), table, steps, values, problems)
         if sketch is not None:
             signs |= sketch.signs(sides, signs)
+    starts = read_starts(branch, groups, sketch, problems) if len(problems) == before else ()
     signs = {name: 1 for name, step in sides.items() if isinstance(step, PoseBySlot)} | signs
     if len(problems) == before:
         missing = {name: step for name, step in sides.items() if name not in signs}
         note_missing(missing, problems, has_branch="branch" in section)
-    return replace(table, signs=tuple((name, signs.get(copied.get(name, name), 1)) for name in all_sides))
+    sided = tuple((name, signs.get(copied.get(name, name), 1)) for name in all_sides)
+    return replace(table, signs=sided, starts=starts)

@@ -33,7 +33,7 @@ class Sketch:
     drive
         The first step: the driver and its point in the frame; None for another driver.
     angle
-        The crank angle, rad; 0 where a pin is driven.
+        The crank angle, deg; 0 where a pin is driven.
     rough
         The sketched places.
     values
@@ -85,13 +85,18 @@ class Sketch:
         if len(problems) > before:
             return None
         drive = next((step for step in steps if isinstance(step, Drive)), None)
-        return cls(table, drive, math.radians(angle), rough, values, problems)
+        return cls(table, drive, angle, rough, values, problems)
+
+    @property
+    def _crank(self) -> complex:
+        """The direction of the driver."""
+        return cmath.rect(1.0, math.radians(self.angle))
 
     def __post_init__(self) -> None:
         self.places = dict(self.rough) | {point: self.local(place) for point, place in self.table.frame.points}
         if self.drive is None:
             return
-        driver, turn = self.table.body_of[self.drive.link], cmath.rect(1.0, self.angle)
+        driver, turn = self.table.body_of[self.drive.link], self._crank
         origin = self.places[self.drive.pivot] - self.local(driver.place_of[self.drive.pivot]) * turn
         self.places |= {
             point: origin + self.local(place) * turn for point, place in driver.points if point != self.drive.pivot
@@ -121,6 +126,22 @@ class Sketch:
             plus, minus = words_of(step)
             reason = f'is not the side of the sketch, "{plus if sign > 0 else minus}"; leave out one of the two'
             self.problems.append(((SECTION, "branch", name), reason))
+
+    def direction_of(self, link: str) -> complex:
+        """The direction of a link, which two of its points tell; 0 after a problem is noted."""
+        body = self.table.body_of[link]
+        for point, _ in body.points:
+            if point not in self.places:
+                self._find(point)
+        turn = self._turn(body)
+        missing = [point for point, _ in body.points if point not in self.places]
+        if not turn and missing:
+            self._note_missing(missing[0], f"the direction of {link}")
+        elif not turn:
+            self.note(
+                body.points[0][0], f"the direction of {link} does not follow from its points; sketch others of it"
+            )
+        return turn
 
     def local(self, place: Place) -> complex:
         """A place in coordinates of its body."""
@@ -164,7 +185,7 @@ class Sketch:
             joint, line, ends = step.slot.pin, step.slot, [step.point]
         missing = [point for point in (joint, *ends) if point not in self.places and not self._find(point)]
         if missing:
-            self._note_missing(missing[0], name)
+            self._note_missing(missing[0], f"the side of {name}")
             return 0
         offset = self.places[joint] - self.places[ends[0]]
         if len(ends) == 2:
@@ -206,10 +227,10 @@ class Sketch:
             self.note(pin, f"fits no assembly: {pin} is {distance:.4g} mm away from the line of {slot.name}")
         return True
 
-    def _note_missing(self, point: str, name: str) -> None:
+    def _note_missing(self, point: str, what: str) -> None:
         if point not in self._said:
             self._said.add(point)
-            reason = f"the place of {point} is missing, which the side of {name} needs; write {point} = [x, y]"
+            reason = f"the place of {point} is missing, which {what} needs; write {point} = [x, y]"
             self.problems.append(((SECTION, "sketch"), reason))
 
     def _find(self, point: str) -> bool:
@@ -225,7 +246,7 @@ class Sketch:
     def _turn(self, body: Body, depth: int = 0) -> complex:
         """The direction of the x axis of a body; 0 where the sketch does not tell it."""
         if body.name in (FRAME, self.table.driver):
-            return 1.0 + 0.0j if body.name == FRAME else cmath.rect(1, self.angle)
+            return 1.0 + 0.0j if body.name == FRAME else self._crank
         slide = next((slide for slide in self.table.slides if slide.link == body.name), None)
         if slide is not None:
             return self._turn(self.table.body_of[slide.body], depth + 1) if depth < len(self.table.links) else 0.0j
@@ -256,7 +277,7 @@ class Sketch:
         if not turn or not along or not cmath.isfinite(along):
             unknown = [point for point, _ in body.points if point not in self.places]
             if unknown:
-                self._note_missing(unknown[0], name)
+                self._note_missing(unknown[0], f"the side of {name}")
             else:
                 self.note(name, f"the direction of {body.name} does not follow from its points; sketch others of it")
             return 0.0j

@@ -1,0 +1,110 @@
+"""Where each group of four links is sketched: the directions of two links, which choose its assembly."""
+
+import cmath
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from explore.base.errors import KeyPath, Problems, RequestError
+from explore.base.suggest import format_value, suggestion
+from explore.base.units.quantities import quantity
+from explore.mechanisms.linkages.graph import MOST_GROUPS
+from explore.mechanisms.linkages.group_steps import PoseGroup
+from explore.mechanisms.linkages.steps import Step
+from explore.studies.linkages.sketch import Sketch
+from explore.studies.linkages.structure import SECTION
+
+_ANGLES = ("crank_angle", "angle")
+#: A turn, deg.
+_TURN = 360.0
+#: Start of a group, where it is sketched: the crank angle and the directions of both links, deg.
+Start = tuple[float, float, float]
+
+
+def groups_of(steps: Iterable[Step]) -> list[PoseGroup]:
+    """The groups of four links, in the order of the steps."""
+    return [step for step in steps if isinstance(step, PoseGroup)]
+
+
+def note_groups(groups: Iterable[PoseGroup], copied: Iterable[str], problems: Problems) -> None:
+    """Note more groups than are followed, and copies of groups."""
+    if len(list(groups)) > MOST_GROUPS:
+        reason = f"has {len(list(groups))} groups of links that no dyad solves; at most {MOST_GROUPS} are possible"
+        problems.append(((SECTION, "links"), reason))
+    elif groups and copied:
+        problems.append(((SECTION, "copies"), "copies of a group of links that no dyad solves are not supported"))
+
+
+def read_starts(
+    entries: Mapping[str, Any], groups: Iterable[PoseGroup], sketch: Sketch | None, problems: Problems
+) -> tuple[Start, ...]:
+    """Where groups are sketched, by their links in [linkage.branch], or by the sketch; for tables without problems."""
+    starts = []
+    for group in groups:
+        links = (group.first, group.second)
+        if any(link in entries for link in links):
+            start = _written(entries, links, problems)
+        elif sketch is not None:
+            start = _sketched(sketch, links)
+        else:
+            reason = (
+                f"{group.first} and {group.second} form a group with {' and '.join(bar.link for bar in group.bars)} "
+                "that no dyad solves; draw a [linkage.sketch], which chooses its assembly"
+            )
+            problems.append(((SECTION,), reason))
+            start = None
+        crank_angle, first, second = start or (0.0, 0.0, 0.0)
+        starts.append((math.fmod(crank_angle, _TURN), first, second))
+    return tuple(starts)
+
+
+def branch_of(group: PoseGroup, start: Start) -> dict[str, dict[str, float]]:
+    """The entries of [linkage.branch] that say where a group is sketched."""
+    crank_angle, *angles = start
+    return {
+        link: dict(zip(_ANGLES, (crank_angle, angle), strict=True))
+        for link, angle in zip((group.first, group.second), angles, strict=True)
+    }
+
+
+def _written(entries: Mapping[str, Any], links: tuple[str, str], problems: Problems) -> Start | None:
+    """The start that the entries of both links say; None after a problem is noted."""
+    read, before = [], len(problems)
+    for link in links:
+        key: KeyPath = (SECTION, "branch", link)
+        entry = entries.get(link)
+        if not isinstance(entry, Mapping):
+            reason = f"must be {{ crank_angle = 40, angle = 110 }}, got {format_value(entry)}"
+            problems.append(
+                (key, reason if link in entries else f"is missing beside that of {links[link == links[0]]}")
+            )
+            continue
+        problems += [
+            ((*key, name), f"unknown key; {suggestion(str(name), _ANGLES)}") for name in entry if name not in _ANGLES
+        ]
+        read.append([_angle(entry, name, key, problems) for name in _ANGLES])
+    if len(problems) > before:
+        return None
+    (crank_angle, first), (other, second) = read
+    if crank_angle != other:
+        problems.append(((SECTION, "branch", links[1], "crank_angle"), f"must be that of {links[0]}, {crank_angle:g}"))
+    return crank_angle, first, second
+
+
+def _angle(entry: Mapping[str, Any], name: str, key: KeyPath, problems: Problems) -> float:
+    if name not in entry:
+        problems.append((key, f"the key '{name}' is missing"))
+        return 0.0
+    try:
+        return quantity(entry[name], "deg")
+    except RequestError as error:
+        problems.append(((*key, name), str(error)))
+        return 0.0
+
+
+def _sketched(sketch: Sketch, links: tuple[str, str]) -> Start | None:
+    directions = [sketch.direction_of(link) for link in links]
+    if not all(directions):
+        return None
+    first, second = (math.degrees(cmath.phase(each)) for each in directions)
+    return sketch.angle, first, second
