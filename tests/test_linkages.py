@@ -286,6 +286,16 @@ def test_a_link_that_turns_fully_has_rates_but_no_statistics_of_its_angle():
     assert row["lever_velocity_mean"] == pytest.approx(1.0, rel=1e-12)  # a turn of the lever for one of the crank
 
 
+def test_a_link_that_turns_quickly_at_a_crank_angle_has_an_angle():
+    """By 1.1 rad between two of 256 crank angles, beside a change point."""
+    values = {"r1": 133.61274220484933, "r2": 202.80512763053798, "r3": 203.73756261672713, "r4": 135.5561730254136}
+    own = explore.evaluate(Linkage(FOUR_BAR | {"output": "rocker"}), values, metrics=["swing_angle"])
+    lengths = dict(zip(("crank", "coupler", "rocker", "ground"), values.values(), strict=True))
+    other = explore.evaluate("crank-rocker", lengths | {"branch": 1}, metrics=["swing_angle"])
+    assert own["status"][0] == other["status"][0] == 1
+    assert own["swing_angle"][0] == pytest.approx(other["swing_angle"][0], rel=1e-12)
+
+
 def test_the_transmission_angle_is_the_worst_of_all_joints():
     case = CASES["watt-2"]
     row = explore.evaluate(linkage_of(case), values_of(case), metrics=["transmission_angle_min"]).iloc[0]

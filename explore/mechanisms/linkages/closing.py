@@ -21,7 +21,6 @@ from explore.mechanisms.linkages import turning as turn
 from explore.mechanisms.linkages.programs import (
     CLOSED_ERROR_ROW,
     DISTANCE_ROW,
-    FIRST_REFERENCE,
     GREATEST_PLACE_ROW,
     GREATEST_ROW,
     LEAST_PLACE_ROW,
@@ -112,7 +111,7 @@ def close_designs(record, sizes, blocked, starts, fill_constants, fill_chains, c
         constants[REACH_ROW * LANES + lane] = 1.0 if is_turn else 0.5 * length
         record[(sizes.interval + 2) * LANES + lane] = math.nan
     if sizes.links > 0:
-        _place_references(sizes, direct, constants, start, length, is_turn)
+        direction.follow_links(record, sizes, direct, constants, start, length, is_turn)
     if sizes.has_strokes > 0:
         _find_strokes(record, sizes, check, rate, constants)
     for k in range(sizes.status * LANES):
@@ -254,19 +253,6 @@ def _find_reaches(record, sizes, check, tile, values, start, length, lane, error
         reach.tell_reaches(borders, found, assembles, lane, reaches)
         if reaches[lane] == 0.0:
             record[sizes.status * LANES + lane] = statuses.CANNOT_ASSEMBLE
-
-
-@subroutine(allocates=True)
-def _place_references(sizes, direct, constants, start, length, is_turn):
-    """Fill the references of the links."""
-    links, first = sizes.links, 0.0 if is_turn else start
-    directed, before = np.empty(2 * links * LANES), np.empty(2 * links * LANES)
-    ranges, tangents, anchors = np.empty(5 * links * LANES), np.empty(LANES), np.empty(LANES)
-    for j in range(direction.DIRECTION_NODES + 1):
-        cell.place_lanes(first + length * (j / direction.DIRECTION_NODES), tangents, anchors)
-        direct(constants, tangents, anchors, directed)
-        direction.follow_directions(j, links, directed, before, ranges)
-    direction.place_references(links, is_turn, ranges, constants[FIRST_REFERENCE * LANES :])
 
 
 @subroutine(allocates=True)

@@ -2,8 +2,13 @@
 
 import math
 
+import numpy as np
+
 from explore.base.compiling import LANES, compiled
 from explore.base.lanes.arctangent import arctangent
+from explore.base.subroutines import subroutine
+from explore.mechanisms.linkages.cells import copy_lane, place_angle, place_lanes
+from explore.mechanisms.linkages.programs import FIRST_REFERENCE
 
 #: Nodes of a turn or an interval at which the directions of links are followed.
 DIRECTION_NODES = 256
@@ -16,7 +21,7 @@ _F1 = "float64[::1]"
 
 
 @compiled(f"void(int64, int64, {_F1}, {_F1}, {_F1})", no_alias=True)
-def follow_directions(j, links, directions, before, ranges):
+def _follow(j, links, directions, before, ranges):
     """Follow the angles of links from the node before to node j.
 
     Rows of `directions` and `before`: cosine and sine of each link. Rows of `ranges` for each link: the angle at the
@@ -45,8 +50,40 @@ def follow_directions(j, links, directions, before, ranges):
             old_cosine[lane], old_sine[lane] = c, s
 
 
+@compiled(f"boolean(int64, {_F1}, int64)")
+def _is_quick(links, ranges, lane):
+    """Whether a link of a lane turns too fast between two nodes."""
+    largest = 0.0
+    for link in range(links):
+        largest = max(largest, ranges[(5 * link + 4) * LANES + lane])
+    return largest >= _LARGEST_STEP
+
+
+@compiled(f"void(int64, int64, {_F1}, {_F1}, {_F1}, int64)")
+def _follow_nodes(j, links, directions, before, ranges, lane):
+    """Follow the angles of the links of one lane as `_follow`, over nodes of it in place of lanes.
+
+    They come before node j and end there, where j is not 0.
+    """
+    for link in range(links):
+        at, old = 5 * link * LANES + lane, 2 * link
+        for node in range(LANES - 1 if j == 0 else 0, LANES):
+            c, s = directions[2 * link * LANES + node], directions[(2 * link + 1) * LANES + node]
+            if j == 0:
+                ranges[at] = arctangent(s, c)
+                ranges[at + LANES] = ranges[at + 2 * LANES] = ranges[at + 3 * LANES] = ranges[at + 4 * LANES] = 0.0
+            else:
+                step = arctangent(before[old] * s - before[old + 1] * c, before[old] * c + before[old + 1] * s)
+                turn = ranges[at + LANES] + step
+                ranges[at + LANES] = turn
+                ranges[at + 2 * LANES] = min(ranges[at + 2 * LANES], turn)
+                ranges[at + 3 * LANES] = max(ranges[at + 3 * LANES], turn)
+                ranges[at + 4 * LANES] = max(ranges[at + 4 * LANES], abs(step))
+            before[old], before[old + 1] = c, s
+
+
 @compiled(f"void(int64, boolean, {_F1}, {_F1})", no_alias=True)
-def place_references(links, is_turn, ranges, references):
+def _place_references(links, is_turn, ranges, references):
     """Fill the middle of each link's range, rad, its cosine and sine; NaN for links that turn fully or too fast."""
     for link in range(links):
         for lane in range(LANES):
@@ -59,3 +96,34 @@ def place_references(links, is_turn, ranges, references):
             references[3 * link * LANES + lane] = middle
             references[(3 * link + 1) * LANES + lane] = math.cos(middle)
             references[(3 * link + 2) * LANES + lane] = math.sin(middle)
+
+
+@subroutine(allocates=True)
+def follow_links(record, sizes, direct, constants, start, length, is_turn):
+    """Fill the references of the links."""
+    links, first = sizes.links, 0.0 if is_turn else start
+    directed, before = np.empty(2 * links * LANES), np.empty(2 * links * LANES)
+    ranges, tangents, anchors = np.empty(5 * links * LANES), np.empty(LANES), np.empty(LANES)
+    for j in range(DIRECTION_NODES + 1):
+        place_lanes(first + length * (j / DIRECTION_NODES), tangents, anchors)
+        direct(constants, tangents, anchors, directed)
+        _follow(j, links, directed, before, ranges)
+    for lane in range(LANES):
+        if record[sizes.status * LANES + lane] == 1.0 and _is_quick(links, ranges, lane):
+            _follow_closely(sizes, direct, constants, first, length, ranges, lane)
+    _place_references(links, is_turn, ranges, constants[FIRST_REFERENCE * LANES :])
+
+
+@subroutine(allocates=True)
+def _follow_closely(sizes, direct, constants, first, length, ranges, lane):
+    """Follow the directions of one lane once more, at LANES times as many nodes."""
+    links, step = sizes.links, length / DIRECTION_NODES
+    directed, before, tile = np.empty(2 * links * LANES), np.empty(2 * links), np.empty(sizes.constants * LANES)
+    tangents, anchors = np.empty(LANES), np.empty(LANES)
+    copy_lane(constants, lane, sizes.constants, tile)
+    for j in range(DIRECTION_NODES + 1):
+        for node in range(LANES):
+            angle = first + step * (j - (LANES - 1.0 - node) / LANES)
+            tangents[node], anchors[node] = place_angle(angle)
+        direct(tile, tangents, anchors, directed)
+        _follow_nodes(j, links, directed, before, ranges, lane)
