@@ -102,13 +102,13 @@ MPMATH = {"number": mpmath.mpf, "cos": mpmath.cos, "sin": mpmath.sin, "sqrt": mp
 
 
 def rough_directions(linkage, values, angle):
-    """Where the operations that follow groups of links are to begin at a crank angle, rad: off by up to 5e-3."""
+    """Where the operations that follow groups of links are to begin at a crank angle, rad: off by up to 5e-7."""
     groups = [step for step in find_steps(linkage.table) if isinstance(step, PoseGroup)]
     if not groups:
         return {}
     (row,) = simulate(linkage, values, angles=[np.degrees(float(angle))]).to_dict("records")
     directions = [np.deg2rad(row[f"{link}_angle"]) for group in groups for link in (group.first, group.second)]
-    parts = [round(float(part), 2) for each in directions for part in (np.cos(each), np.sin(each))]
+    parts = [round(float(part), 6) for each in directions for part in (np.cos(each), np.sin(each))]
     return {name: parts[number::4] for number, name in enumerate(PARTS[:4])} | {key: [1.0] for key in FOLLOWS}
 
 
