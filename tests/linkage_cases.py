@@ -12,7 +12,7 @@ from explore.base.lanes.designs import fill_motion_of_design
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import evaluate_function
 from explore.mechanisms.linkages.graph import FOLLOWS, PARTS, operands
-from explore.mechanisms.linkages.group_steps import PoseGroup
+from explore.mechanisms.linkages.group_steps import groups_of
 from explore.mechanisms.linkages.steps import find_steps
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "linkages.json").read_text())
@@ -103,7 +103,7 @@ MPMATH = {"number": mpmath.mpf, "cos": mpmath.cos, "sin": mpmath.sin, "sqrt": mp
 
 def rough_directions(linkage, values, angle):
     """Where the operations that follow groups of links are to begin at a crank angle, rad: off by up to 5e-7."""
-    groups = [step for step in find_steps(linkage.table) if isinstance(step, PoseGroup)]
+    groups = groups_of(find_steps(linkage.table))
     if not groups:
         return {}
     (row,) = simulate(linkage, values, angles=[np.degrees(float(angle))]).to_dict("records")

@@ -1,6 +1,7 @@
 """Groups of four links that no dyad solves: all assemblies, the one that is meant, and where it leads."""
 
 import json
+import re
 import shutil
 import subprocess
 import tomllib
@@ -20,6 +21,7 @@ from explore.mechanisms.linkages.following import CHAINS_SIZE
 from explore.mechanisms.linkages.group_assemblies import find_assembly
 from explore.mechanisms.linkages.group_chains import STATE_SIZE
 from explore.mechanisms.linkages.metrics import REACH_NAMES
+from explore.mechanisms.linkages.motions import _kernel
 from explore.studies.config.study_file import linkage_starter
 
 STARTERS = {name: tomllib.loads(linkage_starter(name)) for name in ("stephenson-2", "stephenson-3-far")}
@@ -309,6 +311,36 @@ def test_the_content_of_a_linkage_describes_it(name):
     assert second in turned["branch"]
     motions = [explore.simulate(each, middle(name), angles=[10.0]) for each in (linkage, Linkage(turned))]
     assert motions[0]["rocker_velocity"].equals(motions[1]["rocker_velocity"])
+
+
+def test_functions_of_a_group_name_all_that_they_call():
+    """An unknown address in machine code is 0, unless another function has named it before."""
+    kernel = _kernel(LINKAGES["stephenson-2"].table, "D", "coupler")
+    for function in (kernel.close, kernel.fill, kernel.disturbed_fill, kernel.precise_fill, kernel.curve):
+        text = function.write()
+        called, own = (set(re.findall(rf"{word} ptr @(\w+)\(", text)) for word in ("call", "define"))
+        assert called
+        assert called <= own | set(function._outer(text))
+
+
+def test_a_path_along_which_a_group_moves_is_met():
+    linkage, values = LINKAGES["stephenson-2"], middle("stephenson-2")
+    angles = np.arange(0.0, 360.0, 30.0).tolist()
+    motion = explore.simulate(linkage, values, angles=angles)
+    target = {
+        "kind": "path",
+        "point": "D",
+        "points": motion[["D_x", "D_y"]].to_numpy().tolist(),
+        "crank_angles": angles,
+    }
+    errors = explore.evaluate(
+        linkage,
+        values | {"r1": np.array([values["r1"], values["r1"] + 1.0])},
+        metrics=["path_error_rms"],
+        target=target,
+    )["path_error_rms"]
+    assert errors[0] < 1e-12
+    assert 0.1 < errors[1] < 10.0
 
 
 def _problem(changes):

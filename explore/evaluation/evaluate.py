@@ -99,7 +99,7 @@ def evaluate_columns(request: Request, parameters: Arrays) -> Evaluation:
     """
     _keep_freed_memory()
     count = len(next(iter(parameters.values())))
-    most = _MOST_CONSTANTS // request.kernel.n_constants
+    most = _MOST_CONSTANTS // max(request.kernel.n_constants, 1)
     evaluation = (
         _evaluate_in_digits(request, parameters) if count <= most else _evaluate_parts(request, parameters, most)
     )

@@ -257,28 +257,22 @@ class Equations(Trace):
 
     def _chain(self, step: PoseGroup, bar: Bar) -> Chain:
         """The bar from its start over the known pins and the links to its end."""
-        (after, on_first), (before, starts) = self._way_to_second(step), self._way_to_start(step, bar)
+        (after, on_first), (before, starts) = self._way_to(step, step.second_pin), self._way_to(step, bar.start)
         known = minus(self.points[after], self.points[before])
         second = self.between(step.second, step.second_pin, bar.end)
         bar_length = length(self.between(bar.link, bar.start, bar.end))
         return Chain(known, local_of(minus(on_first, starts)), local_of(second), bar_length.terms[0])
 
-    def _way_to_second(self, step: PoseGroup) -> tuple[str, Vector]:
-        """A known point, and from there along the first link to the pin of the second one."""
-        if not step.carries(step.second_pin):
-            return step.second_pin, self._zero
-        return step.first_pin, self.between(step.first, step.first_pin, step.second_pin)
-
-    def _way_to_start(self, step: PoseGroup, bar: Bar) -> tuple[str, Vector]:
-        """The same to the start of a bar."""
-        if not step.carries(bar.start):
-            return bar.start, self._zero
-        return step.first_pin, self.between(step.first, step.first_pin, bar.start)
+    def _way_to(self, step: PoseGroup, point: str) -> tuple[str, Vector]:
+        """A known point, and from there along the first link of a group to another one."""
+        if not step.carries(point):
+            return point, self._zero
+        return step.first_pin, self.between(step.first, step.first_pin, point)
 
     def _moved_chain(self, step: PoseGroup, bar: Bar) -> tuple[Number, ...]:
         """The rows of a chain that `following` takes: c and g of C = c + g z, z the driver's direction; a, b and l."""
         chain = self._chain(step, bar)
-        (c, g), (d, h) = (self._carried(way[0]) for way in (self._way_to_second(step), self._way_to_start(step, bar)))
+        (c, g), (d, h) = (self._carried(self._way_to(step, point)[0]) for point in (step.second_pin, bar.start))
         return (*local_of(minus(c, d)), *local_of(minus(g, h)), *chain.first, *chain.second, chain.length)
 
     def _carried(self, point: str) -> tuple[Vector, Vector]:

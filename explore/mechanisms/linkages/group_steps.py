@@ -1,6 +1,6 @@
 """Groups of four links that no dyad solves: two links with a bar between them, or to a known point, and one more."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import permutations
 
@@ -34,6 +34,11 @@ class PoseGroup:
     def carries(self, point: str) -> bool:
         """Whether a point moves with the first link."""
         return point in self.on_first
+
+
+def groups_of(steps: Iterable[object]) -> list[PoseGroup]:
+    """The groups among the steps that solve a linkage, in their order."""
+    return [step for step in steps if isinstance(step, PoseGroup)]
 
 
 def find_group(free: Sequence[Body], known: Collection[str]) -> PoseGroup | None:

@@ -15,7 +15,7 @@ from explore.mechanisms.linkages.closing import CLOSING_SIGNATURE, Sizes, close_
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.following import FOLLOW_SIGNATURE, follow
 from explore.mechanisms.linkages.graph import Number, Series
-from explore.mechanisms.linkages.group_steps import PoseGroup
+from explore.mechanisms.linkages.group_steps import groups_of
 from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.mark_errors import BOUND_MARKS_SIGNATURE, bound_marks
 from explore.mechanisms.linkages.native_code import NativeFunction
@@ -106,7 +106,9 @@ def make_kernel(
     fill, whole = rows.of_angle("fill", outputs), rows.from_parameters("disturbed_fill", outputs)
     close = NativeFunction("close", CLOSE_SIGNATURE, closing.text, _addresses, closing.javascript)
     ray = rows.of_ray("curve", outputs)
-    curve = NativeFunction(ray.name, CURVE_SIGNATURE, lambda: vector_code.HEAD + vector_code.curve_function(ray))
+    curve = NativeFunction(
+        ray.name, CURVE_SIGNATURE, lambda: vector_code.HEAD + vector_code.curve_function(ray), _addresses
+    )  # fmt: skip
     is_exact = not equations.graph.has_rounded_constants and knows_pairs(whole) and knows_pairs(closing.reversals)
     return Kernel(
         close, _fill_function(fill), _fill_function(whole, is_disturbed=True),
@@ -119,8 +121,8 @@ def make_kernel(
 
 def _starts(equations: Equations, joints: Sequence[str]) -> list[float]:
     """Where each group is sketched, rad, and the status of a crank that it blocks; see `following`."""
-    groups = [step for step in equations.steps if isinstance(step, PoseGroup)]
-    codes = [float(statuses.blocked_at(joints.index(group.bars[0].end))) for group in groups]
+    ends = [group.bars[0].end for group in groups_of(equations.steps)]
+    codes = [float(statuses.blocked_at(joints.index(end))) for end in ends]
     starts = equations.table.starts
     return [each for start, code in zip(starts, codes, strict=True) for each in (*map(math.radians, start), code)]
 

@@ -126,19 +126,20 @@ class Rows:
 
     def of_design(self, name: str, parameters: Mapping[str, int]) -> Program:
         """The program that fills the constants from the rows of parameters."""
-        graph = self._graph
         writes = [(row, k) for k, row in self._rows.items() if k not in self._written_last]
-        order = graph.needed(Number(graph, k) for _, k in writes)
-        reads = {k: parameters[str(graph.nodes[k][1])] for k in order if graph.nodes[k][0] == "input"}
-        return self._program(name, [k for k in order if k not in reads], reads, writes, _inputs_of_angle())
+        return self._of_record(name, writes, parameters)
 
     def of_chains(self, name: str, chains: Sequence[Number], parameters: Mapping[str, int]) -> Program:
         """The program that fills rows of the chains of groups from the rows of parameters."""
+        return self._of_record(name, [(row, each.index) for row, each in enumerate(chains)], parameters)
+
+    def _of_record(self, name: str, writes: Sequence[tuple[int, int]], parameters: Mapping[str, int]) -> Program:
+        """The program that fills rows from the rows of parameters."""
         graph = self._graph
-        order = graph.needed(chains)
+        order = graph.needed(Number(graph, k) for _, k in writes)
         reads = {k: parameters[str(graph.nodes[k][1])] for k in order if graph.nodes[k][0] == "input"}
-        writes = [(row, each.index) for row, each in enumerate(chains)]
-        return self._program(name, [k for k in order if k not in reads], reads, writes, _inputs_of_angle())
+        computed = [k for k in order if k not in reads]
+        return _program(name, graph, computed, reads, writes, _inputs_of_angle(), self.first_group)
 
     def of_angle(self, name: str, outputs: Sequence[Number], quarters: int = 0) -> Program:
         """The program that fills outputs at an angle from the constants, its anchor so many quarters of a turn on."""
@@ -166,18 +167,8 @@ class Rows:
                 order.add(k)
                 waiting += operands(graph.nodes[k])
         writes = [(row, each.index) for row, each in enumerate(outputs)]
-        return self._program(name, sorted(order), self._rows, writes, angle or _inputs_of_angle())
-
-    def _program(
-        self,
-        name: str,
-        order: Iterable[int],
-        rows: Mapping[int, int],
-        writes: Sequence[tuple[int, int]],
-        angle: _Angle,
-    ) -> Program:
-        """The program of the numbers of an order, which reads or writes out the others."""
-        return _program(name, self._graph, order, rows, writes, angle, self.first_group)
+        angle = angle or _inputs_of_angle()
+        return _program(name, graph, sorted(order), self._rows, writes, angle, self.first_group)
 
 
 def _program(
@@ -189,6 +180,7 @@ def _program(
     angle: _Angle,
     first_group: int,
 ) -> Program:
+    """The program of the numbers of an order, which reads or writes out the others."""
     nodes, of_angle = graph.nodes, angle.graph.nodes
     computed = [k for k in order if nodes[k][0] != "constant"]
     used = {each for k in computed for each in operands(nodes[k])}.union(k for _, k in writes).difference(computed)

@@ -4,12 +4,13 @@ import math
 from typing import Any
 
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, Place
+from explore.mechanisms.linkages.group_steps import groups_of
 from explore.mechanisms.linkages.load_table import Curve, Element, Loads, Mass
 from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import Body, LinkageTable, TableParameter
 from explore.studies.linkages.branch import two_sided, words_of
 from explore.studies.linkages.coordinates import text_of
-from explore.studies.linkages.groups import branch_of, groups_of
+from explore.studies.linkages.groups import branch_of
 
 #: Largest number that is written without a decimal point.
 _LARGEST_WHOLE = 1e15

@@ -2,7 +2,7 @@
 
 import cmath
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from explore.base.errors import KeyPath, Problems, RequestError
@@ -10,7 +10,6 @@ from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
 from explore.mechanisms.linkages.graph import MOST_GROUPS
 from explore.mechanisms.linkages.group_steps import PoseGroup
-from explore.mechanisms.linkages.steps import Step
 from explore.studies.linkages.sketch import Sketch
 from explore.studies.linkages.structure import SECTION
 
@@ -21,15 +20,10 @@ _TURN = 360.0
 Start = tuple[float, float, float]
 
 
-def groups_of(steps: Iterable[Step]) -> list[PoseGroup]:
-    """The groups of four links, in the order of the steps."""
-    return [step for step in steps if isinstance(step, PoseGroup)]
-
-
-def note_groups(groups: Iterable[PoseGroup], copied: Iterable[str], problems: Problems) -> None:
+def note_groups(groups: Sequence[PoseGroup], copied: Collection[str], problems: Problems) -> None:
     """Note more groups than are followed, and copies of groups."""
-    if len(list(groups)) > MOST_GROUPS:
-        reason = f"has {len(list(groups))} groups of links that no dyad solves; at most {MOST_GROUPS} are possible"
+    if len(groups) > MOST_GROUPS:
+        reason = f"has {len(groups)} groups of links that no dyad solves; at most {MOST_GROUPS} are possible"
         problems.append(((SECTION, "links"), reason))
     elif groups and copied:
         problems.append(((SECTION, "copies"), "copies of a group of links that no dyad solves are not supported"))

@@ -8,12 +8,13 @@ from typing import Any
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, one_line, suggestion
 from explore.base.units.quantities import exact_angle
+from explore.mechanisms.linkages.group_steps import groups_of
 from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, carrier
 from explore.studies.linkages.branch import note_missing, read_branch, two_sided
 from explore.studies.linkages.copies import add_copies
 from explore.studies.linkages.friction import note_rigid_pins, note_rough_joints
-from explore.studies.linkages.groups import groups_of, note_groups, read_starts
+from explore.studies.linkages.groups import note_groups, read_starts
 from explore.studies.linkages.loads import LoadReader
 from explore.studies.linkages.parallel_lines import note_parallel_lines
 from explore.studies.linkages.parameters import located_coordinates, read_parameters, rough_values
