@@ -160,17 +160,39 @@ def test_bounds_hold_between_all_corners(seeds):
     assert worst <= 1.0
 
 
+def area_below(points):
+    """The area below a straight curve, N m."""
+    return np.trapezoid(*np.array(points).T[::-1]) / 1000.0
+
+
 def test_the_work_of_a_punch_is_the_area_below_its_curve():
     """In the last 5 mm of the forward stroke, over that stroke; the extreme beside the last corner."""
     points = [[0.0, 0.0], [0.5, 4000.0], [4.0, 3000.0], [5.0, 0.0]]
     linkage = curved("to_greatest", points)
     metrics = ["drive_torque_mean", "cut_value_max", "stroke", "time_ratio", "positive_work"]
     row = explore.evaluate(linkage, VALUES, metrics=metrics, window="forward", tolerance=1e-11).iloc[0]
-    area = (0.5 * 0.5 * 4000.0 + 3.5 * 3500.0 + 0.5 * 3000.0) / 1000.0
+    area = area_below(points)
     shares = np.array([row["time_ratio"], 1.0]) / (1.0 + row["time_ratio"]) * 2.0 * math.pi
     works = row["drive_torque_mean"] * shares
     assert min(abs(works / area - 1.0)) < 1e-11
     assert row["cut_value_max"] == pytest.approx(4000.0, rel=1e-12)
+
+
+def test_a_force_gives_its_work_back_and_half_of_it_with_half_as_opposing_does_not():
+    """The error of a work of nearly 0 is relative to the powers that cancel."""
+    points = [[0.0, 0.0], [0.5, 4000.0], [4.0, 3000.0], [5.0, 0.0]]
+    row = explore.evaluate(
+        curved("to_greatest", points), VALUES, metrics=["net_work", "positive_work"], window="cycle"
+    ).iloc[0]
+    assert row["status"] == Status.OK
+    assert abs(row["net_work"]) < row["error"] * 10.0 * row["positive_work"]  # rms of the power: below 10 means
+    assert row["error"] < 1e-9
+    halves = {"forces": {"S": ["-0.5 * cut", 0]}, "opposing": {"ram": "0.5 * cut"}}
+    row = explore.evaluate(curved("to_greatest", points, **halves), VALUES, metrics=["net_work"], window="cycle").iloc[
+        0
+    ]
+    assert row["status"] == Status.OK
+    assert row["net_work"] == pytest.approx(area_below(points), rel=row["error"] + 1e-12)
 
 
 def test_curves_of_an_output_link_and_of_a_range_are_in_degrees():

@@ -66,7 +66,10 @@ class Derivation:
                 value, bound, scale = propagate(function, sources)
             else:
                 value, bound = _bound_by_changes(metric.formula, function, sources)
-                scale = sources[0].scale if metric.formula.is_alias else np.abs(value)
+                scale = np.abs(value)
+                if metric.formula.is_proportional:
+                    others = (source.value for source in sources[1:])
+                    scale = np.asarray(function(sources[0].scale, *others), dtype=np.float64)
             bound = np.where(np.isfinite(value), bound, 0.0)
             self._evaluated[metric.name] = Bounded(value, bound, scale)
         return self._evaluated[metric.name]

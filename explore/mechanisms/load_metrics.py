@@ -29,9 +29,10 @@ WORK_FORMULAS = (
 #: Metric of the energy by which a flywheel is sized; of mechanisms with the signal "drive_torque".
 ENERGY_FLUCTUATION = Formula(
     "energy_fluctuation", "N m", "energy that a flywheel stores and gives back in a turn at constant torque", "min",
-    ("drive_torque_fluctuation_cycle",), largest, is_alias=True,
+    ("drive_torque_fluctuation_cycle",), largest, is_proportional=True,
 )  # fmt: skip
 #: Metric of the net work where torques on links that turn fully give or take some of it.
 NET_WORK_OF_DRIVE = replace(
-    WORK_FORMULAS[1], long_name="work of the drive in a turn", inputs=("drive_power_mean_cycle", "speed")
-)
+    WORK_FORMULAS[1], long_name="work of the drive in a turn", inputs=("drive_power_mean_cycle", "speed"),
+    is_proportional=True,
+)  # fmt: skip

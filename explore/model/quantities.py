@@ -258,8 +258,8 @@ class Formula(Quantity):
         Parameters among the inputs that a design may leave at 0, and metrics that it may lack for want of strokes.
     selects_one
         Whether the value is one of the inputs, such as the largest.
-    is_alias
-        Whether it is its only input by another name, whose error is relative to what that of the input is relative to.
+    is_proportional
+        Whether it is in proportion to its first input, so that its error is relative to what that of the input is.
     rounding
         Bound of the absolute error by roundings in the function, from the inputs; by default 1e-15 of the value.
     """
@@ -270,7 +270,7 @@ class Formula(Quantity):
     alternatives: tuple[str, ...] = ()
     optional: tuple[str, ...] = ()
     selects_one: bool = False
-    is_alias: bool = False
+    is_proportional: bool = False
     rounding: Callable[..., FloatArray] | None = None
 
 

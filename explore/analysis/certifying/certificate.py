@@ -148,8 +148,9 @@ class Certificate:
             return Enclosure.of(reduce(arb.max, balls)) if len(balls) == len(sources) else None
         if name in _WORKS:
             (power,) = (self.enclose(source) for source in metric.inputs if isinstance(source, SampledMetric))
-            return power and Enclosure.of(power.ball * 2 * arb.pi() / self._speed)
-        if metric.formula.is_alias:
+            work = power and power.times(2 * arb.pi() / self._speed)
+            return work and (work if metric.formula.is_proportional else Enclosure.of(work.ball))
+        if metric.formula.is_proportional:
             (source,) = metric.inputs
             return self.enclose(source) if isinstance(source, SampledMetric) else None
         return self._follow(name)
