@@ -98,6 +98,8 @@ def entry(formula, unit="mm"):
         ('error = { formula = "rocker", unit = "mm" }', "error: this is the name of a column of all results; choose"),
         ('violation = { formula = "rocker", unit = "mm" }', "violation: this is the name of a column of all results"),
         ('piece = { formula = "rocker", unit = "mm" }', "piece: this is the name of a column of all results"),
+        ('parent = { formula = "rocker", unit = "mm" }', "parent: this is the name of a column of all results"),
+        ('yield = { formula = "rocker", unit = "mm" }', "yield: this is the name of a column of all results"),
         ('sqrt = { formula = "rocker", unit = "mm" }', "sqrt: this is the name of a function or a word of form"),
         ('not = { formula = "rocker", unit = "mm" }', "not: this is the name of a function or a word of form"),
         ('cv_margin = { formula = "rocker", unit = "mm" }', "cv_margin: names that end with _margin are of other"),

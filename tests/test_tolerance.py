@@ -129,6 +129,13 @@ def test_the_results_file_is_ranked_by_yield(folder, robustness):
         explore.tolerance(folder / "study.h5", path=folder / "study.h5", restart=True)
 
 
+def test_a_metric_with_the_name_of_a_column_that_is_added_is_refused(tmp_path):
+    formula = '[metrics]\ncv_worst = { formula = "2 * cv", unit = "1" }\n'
+    sweep_text(tmp_path, f'{GOOD}[evaluate]\nmetrics = ["cv"]\n{formula}')
+    with pytest.raises(RequestError, match="cv_worst: the analysis adds a column of this name"):
+        explore.tolerance(tmp_path / "study.h5", {"crank": 0.1})
+
+
 def test_no_result_depends_on_the_workers_or_the_other_designs(folder, robustness):
     number = int(robustness.designs.index[2])
     alone = explore.tolerance(folder / "study.h5", designs=number, draws=65536, workers=1)

@@ -8,8 +8,12 @@ from explore.model.declaration import Declaration
 
 _Item = TypeVar("_Item", str, int)
 
-#: Columns of results that are neither parameters nor metrics.
-_OWN_COLUMNS = ("design", "nodes", "error", "feasible", "status")
+#: Columns of results, rankings, control curves, refinements and tolerances that are neither parameters nor metrics.
+OWN_COLUMNS = (
+    "design", "nodes", "error", "feasible", "status", "status_sentence", "front", "results", "knee", "crowding",
+    "hypervolume_share", "alike", "violation", "piece", "parent", "yield", "yield_low", "yield_high",
+    "failure_probability", "assembled",
+)  # fmt: skip
 
 
 def repeated(items: Iterable[_Item]) -> list[_Item]:
@@ -38,4 +42,4 @@ def check_names(declaration: Declaration) -> Iterator[str]:
         yield from (f"the {kind} '{name}' is declared twice" for name in repeated(names))
     columns = [*kinds["parameter"], *kinds["metric"]]
     yield from (f"'{name}' is a parameter and a metric" for name in repeated(columns))
-    yield from (f"'{name}' is the name of a column of all results" for name in columns if name in _OWN_COLUMNS)
+    yield from (f"'{name}' is the name of a column of all results" for name in columns if name in OWN_COLUMNS)

@@ -131,4 +131,7 @@ def plan_tolerances(
         for row in frame.to_dict(orient="records")
     ]
     toleranced = TolerancedRequest.of(request, objectives, chosen)
-    return TolerancePlan(source, frame, objectives, ToleranceRun(toleranced, tuple(given), draws, seed))
+    plan = TolerancePlan(source, frame, objectives, ToleranceRun(toleranced, tuple(given), draws, seed))
+    for name in sorted({column.name for column in plan.added}.intersection([*names, *toleranced.metrics])):
+        raise RequestError(f"{name}: the analysis adds a column of this name; rename it in the study")
+    return plan

@@ -4,6 +4,7 @@ import re
 
 from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.table import FRAME
+from explore.model.name_checks import OWN_COLUMNS
 from explore.model.quantities import FLUCTUATION, OUTPUT_STATISTICS, STATISTICS
 from explore.studies.request.formula_text import RESERVED
 
@@ -21,9 +22,8 @@ _PREFIXES = ("envelope_", "assembles_")
 _WHOLE = (
     *OUTPUT_STATISTICS, "time_ratio", "swing_angle", "stroke", "footprint", "cycle", "range", "drive", "return",
     "forward", "backward", "interval", "assembly_intervals",
-    "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
-    "alike", "transmission_angle", "drive_torque", "drive_power", "drive_force", "positive_power", "friction_power",
-    "positive_work", "net_work", "energy_fluctuation", "pin_force_peak", "lock_ratio",
+    *OWN_COLUMNS, "transmission_angle", "drive_torque", "drive_power", "drive_force", "positive_power",
+    "friction_power", "positive_work", "net_work", "energy_fluctuation", "pin_force_peak", "lock_ratio",
 )  # fmt: skip
 
 

@@ -3,15 +3,11 @@
 import re
 
 from explore.model.mechanism import Mechanism
+from explore.model.name_checks import OWN_COLUMNS
 from explore.studies.request.formula_text import RESERVED
 
 _IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 _LONGEST_NAME = 60
-#: Names of columns of all results, of rankings, and of control curves.
-_COLUMNS = (
-    "design", "nodes", "error", "feasible", "status", "front", "results", "knee", "crowding", "hypervolume_share",
-    "alike", "violation", "piece",
-)  # fmt: skip
 # Statistics over other windows end with the names of these.
 #: Endings of names of margins of constraints, of words of codes, and of statistics over an interval.
 _ENDINGS = ("margin", "label", "interval")
@@ -21,7 +17,7 @@ def reason_against_name(mechanism: Mechanism, name: str) -> str:
     """Why a formula or a point cannot have this name, such as that it means something else; empty if it can."""
     kinds = {
         "a parameter": {parameter.name for parameter in mechanism.parameters},
-        "a column of all results": _COLUMNS,
+        "a column of all results": OWN_COLUMNS,
         f"a metric or signal of {mechanism.in_words}": mechanism.taken_names,
         "a function or a word of formulas and conditions": RESERVED,
     }
