@@ -214,17 +214,19 @@ def test_a_page_computes_the_same_motion(tmp_path, mechanism, values, anchor):
     assert found == pytest.approx(expected[:, 0].tolist(), rel=1e-12, abs=1e-12)
 
 
-def test_workers_in_other_processes_get_the_table(tmp_path):
-    """Two worker processes that know no table compute the rows of this one, bit for bit."""
+@pytest.mark.parametrize("others", [["time_ratio", "ram_velocity_max_forward"], ["assembly_intervals"]])
+def test_workers_in_other_processes_get_the_table(tmp_path, others):
+    """Two worker processes that know no table compute the rows of this one, bit for bit: strokes and intervals too."""
     case = CASES["crank-shaper"]
     study = explore.Study(
         mechanism=loaded_shaper(),
-        parameters={**values_of(case), **AMOUNTS, "crank": {"start": 40, "stop": 60, "num": 50}},
-        metrics=["ram_velocity_max", "transmission_angle_min", "drive_torque_max", "pin_force_peak"],
+        parameters={**values_of(case), **AMOUNTS, "crank": {"start": 40, "stop": 160, "num": 50}},
+        metrics=["ram_velocity_max", "transmission_angle_min", "drive_torque_max", "pin_force_peak", *others],
     )
     own = explore.sweep(study, tmp_path / "own.h5").to_pandas()
     theirs = explore.sweep(study, tmp_path / "theirs.h5", processes=True, workers=2).to_pandas()
     assert own.equals(theirs)
+    assert own[others].notna().to_numpy().any(axis=0).all()
 
 
 def test_a_folder_for_a_process_alone_goes_with_it(tmp_path):

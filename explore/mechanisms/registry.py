@@ -134,18 +134,36 @@ def _extended_by_name(
 
 
 def _of_table(
-    table: LinkageTable, names: frozenset[str], target: Target | None, given: tuple[GivenMetric, ...]
+    table: LinkageTable,
+    specialised: tuple[frozenset[str], bool] | None,
+    target: Target | None,
+    given: tuple[GivenMetric, ...],
 ) -> Mechanism:
-    """The mechanism of a table with a kernel for these signals, for a worker that unpickles it."""
-    return MECHANISMS.of_table(table).for_signals(names).with_target(target).with_given(given)
+    """The mechanism of a table with the same kernel, for a worker that unpickles it."""
+    mechanism = MECHANISMS.of_table(table)
+    if specialised:
+        names, needs_stroke = specialised
+        mechanism = mechanism.for_signals(names, needs_stroke=needs_stroke)
+    return mechanism.with_target(target).with_given(given)
+
+
+def _extended_of_table(
+    table: LinkageTable,
+    specialised: tuple[frozenset[str], bool] | None,
+    target: Target | None,
+    given: tuple[GivenMetric, ...],
+) -> Mechanism:
+    mechanism = _of_table(table, specialised, target, given)
+    return mechanism.extended or mechanism
 
 
 def _reduce(mechanism: Mechanism) -> tuple[Callable[..., Mechanism], tuple[Any, ...]]:
     """How a mechanism is pickled: as its name or its table, so that a worker loads its own compiled functions."""
-    kernel = mechanism if mechanism.name.startswith(PREFIX) else mechanism.extended or mechanism
+    if mechanism.name.startswith(PREFIX):
+        find_one = _of_table if mechanism.extended else _extended_of_table
+        return find_one, (mechanism.table, mechanism.specialised, mechanism.target, mechanism.given)
+    kernel = mechanism.extended or mechanism
     names = frozenset(signal.name for signal in kernel.signals if mechanism.specialise and kernel.fills(signal))
-    if kernel.name.startswith(PREFIX):
-        return _of_table, (mechanism.table, names, mechanism.target, mechanism.given)
     # An extended mechanism has none of its own.
     find = mechanism_by_name if mechanism.extended else _extended_by_name
     return find, (mechanism.name, mechanism.points, mechanism.target, mechanism.given, names)

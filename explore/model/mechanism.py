@@ -80,6 +80,8 @@ class Mechanism(Declaration):
         ``specialise(names, needs_stroke=...)`` is the same mechanism with a kernel that fills the signals and metrics
         of these names and no others, and strokes only if they are needed. None for a mechanism whose whole kernel is
         written by hand.
+    specialised
+        With which names, and whether with strokes, `specialise` made it from a table; None for one with all.
     loop
         Its loop as a table, a `LoopDeclaration`, so that other methods solve it too; None for none, or where it was
         made from a table.
@@ -94,6 +96,7 @@ class Mechanism(Declaration):
     integrals: Callable[..., None] | None = None
     extended: Mechanism | None = None
     specialise: Callable[..., Mechanism] | None = None
+    specialised: tuple[frozenset[str], bool] | None = None
     loop: Any = None
 
     def __post_init__(self) -> None:

@@ -74,6 +74,7 @@ def _specialise(table: LinkageTable, names: frozenset[str] | None, *, needs_stro
     """
     equations = Equations(table, find_steps(table))
     quantities = find_quantities(equations)
+    specialised = None if names is None else (names, needs_stroke)
     tells_reach = names is None or not names.isdisjoint(REACH_NAMES)
     if names is not None:
         names = names.union(*(each.signal.corners_at for each in quantities if each.signal.name in names))
@@ -82,7 +83,7 @@ def _specialise(table: LinkageTable, names: frozenset[str] | None, *, needs_stro
     needs_stroke |= any(each.signal.needs_stroke for each in wanted) and table.limits is None
     rows = _Layout.of(equations, wanted, others)
     signals = tuple(rows.signals[each.signal.name] for each in quantities)
-    declare = partial(_declare, needs_stroke=needs_stroke, tells_reach=tells_reach)
+    declare = partial(_declare, needs_stroke=needs_stroke, tells_reach=tells_reach, specialised=specialised)
     full = declare(table, equations, quantities, signals, rows.outputs)
     if not others:
         return full
@@ -133,6 +134,7 @@ def _declare(
     *,
     needs_stroke: bool,
     tells_reach: bool,
+    specialised: tuple[frozenset[str], bool] | None,
 ) -> Mechanism:
     """The mechanism whose kernel fills some of the signals; `extended` fills all."""
     links = list(dict.fromkeys(link for each in filled for link in each.links))
@@ -185,6 +187,7 @@ def _declare(
         panels=linkage_panels(table, signals),
         extended=extended,
         specialise=_Kernels(table),
+        specialised=specialised,
         table=table,
         **(_of_a_turn(table, signals, change) if turns else {"metrics": (), "zero_mean": frozenset()}),
     )
