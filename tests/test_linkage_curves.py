@@ -232,6 +232,18 @@ def test_more_points_than_places_of_a_panel():
     assert row["drive_torque_rms"] == pytest.approx(math.sqrt(square), rel=row["error"] + 1e-13)
 
 
+def test_an_output_that_is_misspelt_says_nothing_of_the_units_of_a_curve(tmp_path):
+    (tmp_path / "cut.csv").write_text("place [mm],value\n0,0\n5,900\n")
+    points = [[0, 0], [5, 900]]
+    text = curved("to_greatest", points).to_toml().replace('output = "ram"', 'output = "Ram"')
+    assert f"points = {points}" in text
+    (tmp_path / "table.toml").write_text(text.replace(f"points = {points}", 'file = "cut.csv"'))
+    with pytest.raises(ConfigError) as caught:
+        explore.load_linkage(tmp_path / "table.toml")
+    assert str(caught.value).count("\n") == 0
+    assert "did you mean 'ram'?" in str(caught.value)
+
+
 def test_a_file_of_a_curve_travels_in_the_study(tmp_path):
     """Units of its heading count; the text of the study has the points, and reads without the file."""
     rows = "place [cm], value\n-2.3, 0\n" + "\n".join(f"{x / 10}, {y}" for x, y in POINTS[1:])

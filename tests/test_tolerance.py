@@ -243,6 +243,20 @@ def test_the_command(folder, robustness):
     assert "that nothing beats in yield, cv_robust, swing_angle_robust" in front
 
 
+def test_a_spread_that_derivatives_do_not_explain_is_said(tmp_path):
+    """Beside equal strokes every fourth part drives by the other stroke: cv jumps from 0.124 to 0.296."""
+    links = {"crank": 50, "coupler": 123.7682627, "rocker": 70.32828513, "ground": 133.2517565}
+    study = explore.Study(
+        mechanism="crank-rocker", parameters=links | {"phases": 3}, window="clutch",
+        metrics=["mean", "cv", "transmission_angle_min"],
+    )  # fmt: skip
+    explore.sweep(study, tmp_path / "drill.h5")
+    out = run("tolerance", "drill.h5", "--tolerance", "0.1", "--draws", "10000", cwd=tmp_path)
+    assert "derivatives do not tell the std of mean, cv, because of" in out.stdout
+    out = run("tolerance", "drill.h5", "--tolerance", "0.0001", "--draws", "10000", cwd=tmp_path)
+    assert "derivatives do not tell" not in out.stdout
+
+
 def test_the_interval_of_a_yield_is_printed_from_low_to_high():
     row = {"parts": 100, "probability": 0.02, "low": 0.01, "high": 0.05, "missed_cv": 2, "not_assembled": 0}
     lines = _yield_lines(3, {**row, "method": "weighted", "box_assembled": True, "box_feasible": False})

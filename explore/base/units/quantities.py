@@ -116,7 +116,9 @@ def _convert(text: str, unit: str) -> Fraction:
     """Convert a string with a unit to the declared unit, exactly."""
     match = _QUANTITY.fullmatch(text) if len(text) <= _MOST_CHARACTERS else None
     if match is None:
-        raise RequestError(f"{format_value(text)} is not a number with a unit{_example(unit)}")
+        has_commas = "," in text and _QUANTITY.fullmatch(text[:_MOST_CHARACTERS].replace(",", "")) is not None
+        hint = "; write decimals with a point, and thousands without a comma" if has_commas else _example(unit)
+        raise RequestError(f"{format_value(text)} is not a number with a unit{hint}")
     number, written_unit = match.groups()
     if written_unit is None:
         with_unit = "" if unit in ("", "1") else f' or "{number} {unit}"'

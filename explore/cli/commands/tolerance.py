@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 _RESULTS_ENDING = ".h5"
 #: Number of lines of the printed yield front.
 _N_LINES = 20
+#: Spread below which that of a metric is rounding, as a share of the metric.
+_NOISE = 1e-9
 
 
 def tolerance(
@@ -170,6 +172,15 @@ def _print_design(robustness: Robustness, scales: Mapping[str, Scale]) -> None:
         ]
         widths = [(t.parameter, _width(t.plus_minus, scales[t.parameter])) for t in robustness.tolerances]
         print_table(title, [("metric", ""), *widths], rows, hint="--json prints all")
+    if unexplained := [name for name, row in metrics.items() if _is_unexplained(row)]:
+        reason = "because of a fold, bend or jump within the tolerances"
+        say(f"derivatives do not tell the std of {', '.join(unexplained)}, {reason}", data=True)
+
+
+def _is_unexplained(row: Mapping[str, Any]) -> bool:
+    """Whether the spread of the parts is quite another one than derivatives tell."""
+    std, told = row["std"], row["std_first_order"]
+    return bool((std > 2.0 * told or told > 2.0 * std) and max(std, told) > _NOISE * abs(row["nominal"]))
 
 
 def _unit_of(robustness: Robustness, scales: Mapping[str, Scale]) -> str:

@@ -73,7 +73,7 @@ class CurveReader:
         over = self._over(given.get("over", CRANK_ANGLE), (*key, "over"))
         shape = given.get("shape", _SHAPES[0])
         self._check(shape, (*key, "shape"), _SHAPES, "shape")
-        of_angle = over == CRANK_ANGLE or (over in (FROM_LEAST, TO_GREATEST) and self._output not in self._slots)
+        of_angle = over == CRANK_ANGLE or (over in (FROM_LEAST, TO_GREATEST) and self._output in structure.bodies)
         points = self._points(given, key, "deg" if of_angle else "mm")
         if over == CRANK_ANGLE and "over" in given and self._turns and points:
             self._check_turn(points, key)

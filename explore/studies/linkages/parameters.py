@@ -164,6 +164,9 @@ def rough_values(
         value = parameter.default if value is None else value
         if value is None:
             reason = f"the sketch needs a value of {name}; write it here, or as its default in [linkage.parameters]"
+            if name in entries:
+                advice = "write a number, a list or both ends of a range, or a default in [linkage.parameters]"
+                reason = f"the sketch needs a value of {name}, which this entry has not; {advice}"
             problems.append((key, reason))
         else:
             found[name] = value

@@ -108,6 +108,7 @@ class Sketch:
         if undefined:
             self.note(undefined[0], f"the place of {undefined[0]} is not a finite number{self._at_values(self.values)}")
             return {}
+        self._note_misplaced()
         self._note_misfits()
         found: dict[str, int] = {}
         for name, step in sides.items():
@@ -151,6 +152,17 @@ class Sketch:
         """Note a problem of a sketched point, or of the whole sketch."""
         key: KeyPath = (SECTION, "sketch", name) if name in self.rough else (SECTION, "sketch")
         self.problems.append((key, reason))
+
+    def _note_misplaced(self) -> None:
+        """Note points of the frame and the driver that are sketched farther from their places than the body is long."""
+        for body in (self.table.frame, *([self.table.body_of[self.drive.link]] if self.drive else [])):
+            exact = [(point, self.places[point]) for point, _ in body.points]
+            for point, place in exact:
+                size = max(abs(place - other) for _, other in exact)
+                if size and abs(self.rough.get(point, place) - place) > size:
+                    names = dict.fromkeys(name for coordinate in body.place_of[point] for name in coordinate.names)
+                    at = f"[{place.real:.4g}, {place.imag:.4g}]{self._at_values(names)}"
+                    self.note(point, f"fits no assembly: the table has {point} at {at}")
 
     def _note_misfits(self) -> None:
         """Note links of which the sketch has quite another length than the table."""
