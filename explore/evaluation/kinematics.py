@@ -60,10 +60,11 @@ def evaluate_kinematics(
     has its own; `speed` and each of the `inputs`, all parameters by name, are of shape (n,).
     """
     mechanism = request.kernel
-    result = mechanism.evaluate_closed_form(geometry)
+    may_move = request.interval is not None and mechanism.takes_interval
+    result = mechanism.evaluate_closed_form(geometry, keeps_constants=may_move)
     row = mechanism.closed_error_row
     closed_error = result.constants[row].copy() if row >= 0 else None
-    if request.interval and mechanism.takes_interval:
+    if request.interval and may_move:
         _move_over_interval(mechanism, geometry, request.interval, result)
     closed = {metric.name: result.metrics[k] for k, metric in enumerate(mechanism.metrics)}
     has_stroke = np.ones(len(result.status), dtype=np.bool_)
@@ -102,7 +103,7 @@ def _move_over_interval(mechanism: Mechanism, geometry: FloatArray, interval: Wi
     codes = [code for code, own in mechanism.statuses.items() if own.lacks_turn]
     stuck = np.flatnonzero(np.isin(closed.status, codes))
     if len(stuck):
-        part = mechanism.evaluate_closed_form(geometry[:, stuck], interval)
+        part = mechanism.evaluate_closed_form(geometry[:, stuck], interval, keeps_constants=True)
         moves = part.status == Status.OK
         closed.status[stuck[moves]] = Status.OK
         closed.constants[:, stuck[moves]] = part.constants[:, moves]

@@ -287,7 +287,7 @@ def _defaults(declaration: Declaration) -> Iterator[str]:
 _KERNEL_FIELDS = (
     "rows", "n_constants", "n_fill_constants", "phases_row", "variant_row", "signal_rows", "breaks", "quadrature",
     "close", "fill", "disturbed_fill", "precise_close", "precise_fill", "disturbed_precise_fill",
-    "extended",
+    "keeps_constants", "extended",
 )  # fmt: skip
 
 

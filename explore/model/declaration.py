@@ -94,8 +94,7 @@ class Declaration:
         Whether the constants of all designs are kept for sampling, because it takes longer to compute them twice.
     takes_interval
         Whether `close` can also fill status and constants of a motion over an interval in place of the turn, for
-        statuses that lack a turn: it reads the rows `INTERVAL_ROWS`, a length of 0 for the turn. The constants are
-        kept.
+        statuses that lack a turn: it reads the rows `INTERVAL_ROWS`, a length of 0 for the turn.
     noise_row
         Row of the constant by which rounding errors in velocities are amplified; -1 for none.
     closed_error_row

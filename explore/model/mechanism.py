@@ -32,7 +32,7 @@ from explore.model.window import Window
 class ClosedFormResult:
     """What the compiled closed form of a mechanism fills for n designs.
 
-    Constants (k, n) are the first rows of the records, if they were asked for. Metrics (m, n) are in declared order and
+    Constants (k, n) are the first rows of the records, as many as were asked for. Metrics (m, n) are in declared order and
     units, NaN where undefined; status (n,) has codes of `Declaration.status_labels`.
     """
 
@@ -209,11 +209,10 @@ class Mechanism(Declaration):
     ) -> ClosedFormResult:
         """Evaluate the closed form for `kernel_parameters` (p, n), in declared units.
 
-        The result has constants if they are to be kept. A mechanism that takes an interval is to move over that, in
-        place of its whole motion.
+        The result has all constants if they are to be kept; else the first ones, up to the closed error. A mechanism
+        that takes an interval is to move over that, in place of its whole motion.
         """
-        keeps_constants |= self.keeps_constants or self.takes_interval
-        return self._close(parameters, interval, keeps_constants=keeps_constants)
+        return self._close(parameters, interval, keeps_constants=keeps_constants or self.keeps_constants)
 
     def constants(self, parameters: FloatArray, interval: Window | None = None) -> FloatArray:
         """The constants of designs, shape (k, n); see `evaluate_closed_form`."""
@@ -227,7 +226,7 @@ class Mechanism(Declaration):
         if interval is not None:
             ends = [math.radians(interval.start), math.radians(interval.length)]
             parameters = np.vstack([parameters, np.repeat(np.array(ends)[:, None], parameters.shape[1], axis=1)])
-        n_constants = self.n_constants if keeps_constants else 0
+        n_constants = self.n_constants if keeps_constants else self.closed_error_row + 1
         result = ClosedFormResult.allocate(n_constants, len(self.metrics), parameters.shape[1])
         inputs = np.ascontiguousarray(parameters, dtype=np.float64)
         close_all(

@@ -65,7 +65,7 @@ def _gather(columns, designs, first, together, tile):
 def close_chunk(close, parameters, kept, designs, first_parameter, constant_count, record, constants):
     """Fill the constants of a chunk of designs, tile after tile; the last tile is filled up with its last design.
 
-    They are those that were `kept` (k, n), or what `close` fills where none were.
+    They are those that were `kept` (k, n), or what `close` fills where not all were.
     """
     count = len(designs)
     for tile in range((count + LANES - 1) // LANES):
@@ -73,7 +73,7 @@ def close_chunk(close, parameters, kept, designs, first_parameter, constant_coun
         first = designs[begin]
         together = begin + LANES <= count and designs[begin + LANES - 1] - first == LANES - 1
         to = constants[tile * constant_count * LANES :]
-        if kept.shape[0] > 0:
+        if kept.shape[0] == constant_count:
             _gather(kept, designs[begin:], first, together, to)
         else:
             _gather(parameters, designs[begin:], first, together, record[first_parameter * LANES :])

@@ -119,7 +119,7 @@ def _sample_window(
                 work.bounds, n, regular and number == 0, per_design, work.live, work.first_panel, work.panel_count,
                 stride, w, tables, sums.tails, work.means, work.variances,
             )  # fmt: skip
-        bound_rows(n, w, sizes, tables, parameters, here, stride, work, sums)
+        bound_rows(n, w, sizes, tables, parameters, here, regular and number == 0, per_design, stride, work, sums)
         store(n, number == 0, here, stride, w, tables.flags, tables.slots, statistics, nodes, work, sums)
         if pieces:
             if rare is not None:
@@ -198,7 +198,7 @@ def sample(
     them: together they take two fifths of the time of a compilation.
 
     `sizes`, `tables` and the work space `work`, `tile` and `sums` are those of `quadrature.work_space`, `parameters`
-    (p, n) of the closed form, `kept` (k, n) the constants, without rows where `close` is to fill them. The entries of
+    (p, n) of the closed form, `kept` (k, n) the constants, without some rows where `close` is to fill them. The entries of
     the sampled designs are filled in `statistics` (m, n), for unit speed and rad, `nodes` (n,), the signal evaluations,
     `error` (n,), the bound, and `excess` (n,), how many times the samples exceed the error model.
     """

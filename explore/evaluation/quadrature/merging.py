@@ -172,11 +172,12 @@ def _bound_row(b, n, s, flags, order, has_terms, tolerance, means, variances, ro
 
 
 @subroutine()
-def bound_rows(n, w, sizes, tables, parameters, here, stride, work, sums):
+def bound_rows(n, w, sizes, tables, parameters, here, regular, per_design, stride, work, sums):
     """Fill the bounds of all rows of the live designs, and their worst.
 
     The rounding of a row follows from disturbed samples, from its terms, or from rows that are relative to the same
     parameter: others have other units. The error of the quadrature is that of the model, or what samples tell.
+    `regular` is that of `collect`.
     """
     b, means, variances, terms = work.bounds, work.means, work.variances, work.terms
     for row in (bounds.WORST, bounds.IMPROVABLE):
@@ -201,7 +202,7 @@ def bound_rows(n, w, sizes, tables, parameters, here, stride, work, sums):
                     of_row &= ~FLAG_RESIDUAL
                 has_terms, at = sizes.is_disturbed != 0 or tables.term_rows[s] >= 0, tables.term_rows[s] * CHUNK
                 if sizes.is_disturbed:
-                    merge_roundings(n, s, of_row, stride, work, sums)
+                    merge_roundings(n, s, of_row, regular, per_design, stride, work, sums)
                 elif has_terms:
                     for j in range(n):
                         terms[j] = math.sqrt(means[at + j] * means[at + j] + variances[at + j])

@@ -35,13 +35,14 @@ def fill_roundings(disturbed_fill, sizes, tables, w, anchor, law, variant, count
     for s in range(rows):
         if not tables.flags[w, s]:
             continue
-        totals, plain = tile.disturbed[s * LANES :], signals[s * LANES :]
         if tables.flags[w, s] & FLAG_EXTREMES:
             _store_largest(s, rows, used, count, lanes, scale, signals, tile, sums)
+        tile.node[:] = 0.0
         for j in range(used):
-            _add_squares(j, totals[j * rows * LANES :], plain[_node(j, used, count) * rows * LANES :], totals)
+            at = (_node(j, used, count) * rows + s) * LANES
+            _add_squares(tile.disturbed[(j * rows + s) * LANES :], signals[at:], tile.node)
         for lane in range(lanes):
-            square = totals[lane] * scale / used
+            square = tile.node[lane] * scale / used
             sums.roundings[s * PANEL_CAPACITY + tile.lane_panels[lane]] = square if square == square else math.inf
 
 
@@ -51,12 +52,12 @@ def _node(j, used, count):
     return j * STRIDE if j + 1 < used else count - 1
 
 
-@subroutine(inlined=True)
-def _add_squares(j, disturbed, plain, totals):
-    """Add the squares of changes at node j; those of node 0 overwrite its samples."""
+@subroutine(no_alias=True)
+def _add_squares(disturbed, plain, totals):
+    """Add the squares of changes at a node."""
     for lane in range(LANES):
         change = disturbed[lane] - plain[lane]
-        totals[lane] = change * change + (totals[lane] if j > 0 else 0.0)
+        totals[lane] += change * change
 
 
 @subroutine()
@@ -76,23 +77,43 @@ def _store_largest(s, rows, used, count, lanes, scale, signals, tile, sums):
 
 
 @subroutine()
-def merge_roundings(n, s, flags, stride, work, sums):
+def merge_roundings(n, s, flags, regular, per_design, stride, work, sums):
     """Fill the amplifications of a row over the windows of the live designs, relative to the rms of the row.
 
     Those of a row of squares are relative to the mean of these. The largest one, of extremes, counts relative to the
-    largest sample.
+    largest sample. `regular` tells that panel p of the live design j has the number ``p * n + j``.
     """
-    for j in range(n):
+    base, averaging = s * PANEL_CAPACITY, work.bounds[bounds.AVERAGING :]
+    means, variances = work.means[s * CHUNK :], work.variances[s * CHUNK :]
+    if regular and not flags & FLAG_EXTREMES:
+        work.terms[:n] = 0.0
+        for part in range(per_design):
+            roundings = sums.roundings[base + part * n :]
+            _add_regular(n, part, sums.masses[part * n :], roundings, averaging, work.panel_count, work.terms)
+    for j in range(0 if regular and not flags & FLAG_EXTREMES else n):
         i, total, most, largest = work.live[j], 0.0, 0.0, 0.0
         for p in range(work.panel_count[i]):
             k = work.first_panel[i] + p * stride
-            at = s * PANEL_CAPACITY + k
-            total += sums.masses[k] * sums.roundings[at] / work.bounds[bounds.AVERAGING + j]
+            total += sums.masses[k] * sums.roundings[base + k] / averaging[j]
             if flags & FLAG_EXTREMES:
-                most, largest = max(most, sums.largest_roundings[at]), max(largest, sums.largest_samples[at])
-        mean = work.means[s * CHUNK + j]
-        size = mean * mean + (0.0 if flags & FLAG_SQUARES else work.variances[s * CHUNK + j])
-        total = max(total, most * (size / largest)) if largest > 0.0 else total
-        if flags & FLAG_SQUARES:
-            total = total / abs(mean) if mean != 0.0 else 0.0
-        work.terms[j] = _SHARE * math.sqrt(total)
+                most = max(most, sums.largest_roundings[base + k])
+                largest = max(largest, sums.largest_samples[base + k])
+        size = means[j] * means[j] + (0.0 if flags & FLAG_SQUARES else variances[j])
+        work.terms[j] = max(total, most * (size / largest)) if largest > 0.0 else total
+    _take_roots(n, flags, means, work.terms)
+
+
+@subroutine(no_alias=True)
+def _add_regular(n, part, masses, roundings, averaging, panel_count, totals):
+    """Add the panel of this number of each design that has as many."""
+    for j in range(n):
+        share = masses[j] * roundings[j] / averaging[j]
+        totals[j] += share if part < panel_count[j] else 0.0
+
+
+@subroutine(no_alias=True)
+def _take_roots(n, flags, means, totals):
+    """Replace mean squares of amplifications by what counts as terms."""
+    for j in range(n):
+        mean = abs(means[j]) if flags & FLAG_SQUARES else 1.0
+        totals[j] = _SHARE * math.sqrt(totals[j] / mean) if mean != 0.0 else 0.0

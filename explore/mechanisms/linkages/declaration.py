@@ -166,7 +166,7 @@ def _declare(
         kernel_version=f"{_VERSION}-{table.digest[:16]}",
         quadrature=Located(DISTANCE_ROW, MIDDLE_ROW, REACH_ROW),
         n_constants=kernel.n_constants,
-        keeps_constants=True,
+        keeps_constants=bool(table.limits) or not kernel.closes_quickly,
         takes_interval=True,
         rows=_record_rows(kernel, parameter_names(table), "" if turns else "_"),
         signal_rows=len(outputs),

@@ -40,6 +40,8 @@ class Kernel:
         What `fill` gives of one design at one angle, from its constants; see `explore.mechanisms.targets`.
     n_constants
         Constants of a design that `fill` reads; `close` computes more than it keeps.
+    closes_quickly
+        Whether `close` takes less time than memory does to keep the constants.
     """
 
     close: NativeFunction
@@ -50,6 +52,7 @@ class Kernel:
     disturbed_precise_fill: NativeFunction | None
     curve: NativeFunction
     n_constants: int
+    closes_quickly: bool
 
 
 def make_kernel(
@@ -116,6 +119,7 @@ def make_kernel(
         _pairs_function("precise_fill", whole) if is_exact else None,
         _pairs_function("disturbed_precise_fill", whole, is_disturbed=True) if is_exact else None,
         curve, status,
+        closes_quickly=bool(sizes.is_harmonic) and not (sizes.links or sizes.groups or sizes.has_strokes),
     )  # fmt: skip
 
 

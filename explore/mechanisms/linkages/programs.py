@@ -26,8 +26,8 @@ from explore.mechanisms.linkages.trace import REFERENCE
 
 #: Operations that round nothing.
 EXACT = frozenset({"neg", "abs", "max", "maximum", "minimum", *SENSES, *FOLLOWS, *PARTS})
-#: Row of the constant with the distance of the nearest singularity.
-DISTANCE_ROW = 0
+#: Row of the error of the lengths of strokes, relative, or of the ends of intervals of assembly of a blocked one, rad.
+CLOSED_ERROR_ROW = 0
 #: Row of the constant with the half-tangent of the reversal of the output at its least place.
 LEAST_ROW = 1
 #: Row of the constant with that at its greatest place.
@@ -40,8 +40,8 @@ REACH_ROW = 4
 LEAST_PLACE_ROW = 5
 #: Row of the constant with the greatest one.
 GREATEST_PLACE_ROW = 6
-#: Row of the error of the lengths of strokes, relative, or of the ends of intervals of assembly of a blocked one, rad.
-CLOSED_ERROR_ROW = 7
+#: Row of the constant with the distance of the nearest singularity.
+DISTANCE_ROW = 7
 #: Row of the first of three constants of each link's reference.
 FIRST_REFERENCE = 8
 
