@@ -126,8 +126,8 @@ def with_closed_form(monkeypatch, change):
     subject = plain(CRANK_ROCKER)
     evaluate_closed_form = Mechanism.evaluate_closed_form
 
-    def changed(mechanism, parameters):
-        result = evaluate_closed_form(mechanism, parameters)
+    def changed(mechanism, parameters, **options):
+        result = evaluate_closed_form(mechanism, parameters, **options)
         change(metrics=result.metrics, status=result.status)
         return result
 
@@ -347,8 +347,8 @@ def simple_sliders(offsets, monkeypatch=None, factor=1.0, **changes):
     if monkeypatch is not None:
         evaluate_closed_form = Mechanism.evaluate_closed_form
 
-        def changed(mechanism, parameters):
-            result = evaluate_closed_form(mechanism, parameters)
+        def changed(mechanism, parameters, **options):
+            result = evaluate_closed_form(mechanism, parameters, **options)
             result.metrics[0] *= factor
             return result
 

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from linkage_cases import CASES, FOUR_BAR, columns, linkage_of, trace
+from linkage_cases import CASES, FOUR_BAR, columns, linkage_of, scattered, trace
 
 from explore import Linkage
 from explore.mechanisms.linkages import declaration, kernel
+from explore.mechanisms.linkages.programs import DISTANCE_ROW
 
 
 def test_functions_of_a_dyad_on_the_driver_are_first_harmonics():
@@ -28,20 +29,41 @@ def designs():
     return columns(Linkage(FOUR_BAR).mechanism, {"r1": crank, "r2": coupler, "r3": rocker, "r4": ground})
 
 
-def _closed(designs):
-    mechanism = Linkage(FOUR_BAR).mechanism.for_signals(("time_ratio",))
+def _closed(designs, content=FOUR_BAR):
+    mechanism = Linkage(content).mechanism.for_signals(("time_ratio",))
     closed = mechanism.evaluate_closed_form(designs)
-    return closed.status, mechanism.constants(designs)[0], closed.metrics
+    return closed.status, mechanism.constants(designs)[DISTANCE_ROW], closed.metrics
+
+
+def _closed_as_any_functions(designs, monkeypatch, content=FOUR_BAR):
+    """The same where nothing is told of first harmonics."""
+    cached = declaration.linkage_mechanism, declaration._specialise
+    for each in cached:
+        each.cache_clear()
+    with monkeypatch.context() as patch:
+        patch.setattr(kernel, "_harmonics", lambda _functions: 0)
+        result = _closed(designs, content)
+    for each in cached:
+        each.cache_clear()
+    return result
+
+
+def test_those_of_one_dyad_of_several_are_taken_as_they_are(monkeypatch):
+    case = CASES["watt-2"]
+    content = linkage_of(case).content
+    designs = columns(Linkage(content).mechanism, scattered(case, 500, np.random.default_rng(2), 0.2))
+    status, distance, _ = _closed(designs, content)
+    other_status, other_distance, _ = _closed_as_any_functions(designs, monkeypatch, content)
+    assert (status == other_status).all()
+    turn = status == 1
+    assert 100 < np.count_nonzero(turn) < 500
+    # near is the second dyad, whose functions are none; the zeros of first harmonics have the digits of their slopes
+    assert distance[turn] == pytest.approx(other_distance[turn], rel=1e-9)
 
 
 def test_four_values_decide_as_all_nodes_do(designs, monkeypatch):
     status, distance, metrics = _closed(designs)
-    for cached in (declaration.linkage_mechanism, declaration._specialise):
-        cached.cache_clear()
-    monkeypatch.setattr(kernel, "_are_harmonic", lambda _equations: 0)
-    other_status, other_distance, other_metrics = _closed(designs)
-    for cached in (declaration.linkage_mechanism, declaration._specialise):
-        cached.cache_clear()
+    other_status, other_distance, other_metrics = _closed_as_any_functions(designs, monkeypatch)
     assert 0.2 < np.mean(status == 1) < 0.8
     assert (status == other_status).all()
     assert (metrics[~np.isnan(metrics)] == other_metrics[~np.isnan(metrics)]).all()

@@ -13,7 +13,7 @@ from numba import njit
 
 import explore
 from explore.base.compiling import LANES
-from explore.base.lanes.disturbance import DISTURBANCE
+from explore.base.lanes.disturbance import DISTURBANCE, FACTORS, first_factor
 from explore.base.lanes.double_double import (
     PAIR_ROUNDING,
     add_pairs,
@@ -176,7 +176,8 @@ def test_disturbed_half_tangents_tell_what_their_rounding_does():
     )
     changes = np.hypot(*(disturbed - plain).T)
     # 4 units of a half-tangent u turn the crank by 8/(1 + u^2) of them; doubles show that to 4 digits
-    expected = values["r1"] * 8.0 * DISTURBANCE / (1.0 + tangents**2)
+    units = np.array([abs(FACTORS[first_factor(node)] - 1.0) for node in range(len(tangents))])
+    expected = values["r1"] * 8.0 * units / (1.0 + tangents**2)
     assert changes == pytest.approx(expected, rel=1e-3)
 
 

@@ -25,7 +25,7 @@ def _locate(values, slopes):
     """Half-tangents of the distances that `locate` finds, from functions at `ANGLES`: (angles, functions, LANES)."""
     distances, count = np.empty(LANES), values.shape[1]
     rows = np.concatenate([values, slopes], axis=1)
-    locate(rows.ravel(), 0, count, np.full(LANES, TURNS), distances, np.empty(WORK_ROWS * LANES))
+    locate(rows.ravel(), 0, count, 0, np.full(LANES, TURNS), distances, np.empty(WORK_ROWS * LANES))
     return distances
 
 

@@ -32,8 +32,8 @@ from explore.model.window import Window
 class ClosedFormResult:
     """What the compiled closed form of a mechanism fills for n designs.
 
-    Constants (k, n) are the first rows of the records, as many as were asked for. Metrics (m, n) are in declared order and
-    units, NaN where undefined; status (n,) has codes of `Declaration.status_labels`.
+    Constants (k, n) are the first rows of the records, as many as were asked for. Metrics (m, n) are in declared order
+    and units, NaN where undefined; status (n,) has codes of `Declaration.status_labels`.
     """
 
     constants: FloatArray

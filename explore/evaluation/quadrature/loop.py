@@ -198,9 +198,9 @@ def sample(
     them: together they take two fifths of the time of a compilation.
 
     `sizes`, `tables` and the work space `work`, `tile` and `sums` are those of `quadrature.work_space`, `parameters`
-    (p, n) of the closed form, `kept` (k, n) the constants, without some rows where `close` is to fill them. The entries of
-    the sampled designs are filled in `statistics` (m, n), for unit speed and rad, `nodes` (n,), the signal evaluations,
-    `error` (n,), the bound, and `excess` (n,), how many times the samples exceed the error model.
+    (p, n) of the closed form, `kept` (k, n) the constants; where rows are missing `close` fills them all. The
+    entries of the sampled designs are filled in `statistics` (m, n), for unit speed and rad, `nodes` (n,), the signal
+    evaluations, `error` (n,), the bound, and `excess` (n,), how many times the samples exceed the error model.
     """
     has_integrals = (tables.slots[:, :, ROOT_MEAN : FLUCTUATION + 1] >= 0).any()
     if tables.is_adaptive or tables.is_resolved or has_integrals or tables.windows[:, CLUTCH].any():

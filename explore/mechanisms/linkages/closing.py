@@ -50,8 +50,8 @@ class Sizes(NamedTuple):
         Row of the status in a record, behind the constants that it keeps.
     interval
         Row of the interval, two rows, behind the parameters; behind it the metrics, the time ratio first.
-    is_harmonic
-        Whether all functions are first harmonics of the angle; 0 for no.
+    harmonics, is_harmonic
+        Bits of the functions that are first harmonics of the angle, of the first MOST_HARMONICS; whether all are.
     groups, first_group
         Number of groups of links, and the first of their constants.
     has_strokes, tells_reach
@@ -64,6 +64,7 @@ class Sizes(NamedTuple):
     constants: int
     status: int
     interval: int
+    harmonics: int
     is_harmonic: int
     groups: int
     first_group: int
@@ -162,7 +163,7 @@ def _decide_all(record, sizes, blocked, check, constants, start, length, is_turn
     turn.sift(values, sizes.factors, sizes.functions, length, verdicts, work)
     if is_turn and sizes.is_harmonic == 0:
         distances = constants[DISTANCE_ROW * LANES :]
-        singularities.locate(values, sizes.factors, sizes.functions, verdicts, distances, work)
+        singularities.locate(values, sizes.factors, sizes.functions, sizes.harmonics, verdicts, distances, work)
     reach.tell_turns(verdicts, record[(sizes.interval + 3) * LANES :])
     for lane in range(LANES):
         record[sizes.status * LANES + lane] = 1.0
@@ -189,7 +190,7 @@ def _locate_beside_interval(sizes, check, constants, start, length, verdicts, va
             phases.place_phase(start, length, j, tangents, anchors)
             check(constants, tangents, anchors, values[j * rows :])
             phases.slope_by_phase(values[j * rows :], sizes.functions, length, j)
-        singularities.locate(values, sizes.factors, sizes.functions, verdicts, distances, work)
+        singularities.locate(values, sizes.factors, sizes.functions, 0, verdicts, distances, work)
         for lane in range(LANES):
             distances[lane] = -distances[lane]
 

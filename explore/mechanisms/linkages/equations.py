@@ -33,6 +33,7 @@ from explore.mechanisms.linkages.steps import (
 )
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slot
 from explore.mechanisms.linkages.trace import Factor, Trace, local_of
+from explore.mechanisms.linkages.turning_rates import turn_in_slot, turn_sides, turned
 from explore.mechanisms.linkages.vectors import Vector, cross, dot, larger, length, minus
 
 #: Least product of two factors that conditions are relative to, over the square of their sum.
@@ -109,7 +110,9 @@ class Equations(Trace):
         dx, dy = minus(self.points[step.second], self.points[step.first])
         inverse = (lx * lx + ly * ly).inverse()
         nx, ny = lx * inverse, ly * inverse
-        self.directions[step.link] = (dx * nx + dy * ny, dy * nx - dx * ny)
+        direction = dx * nx + dy * ny, dy * nx - dx * ny
+        turning = self._turnings.get(step.link)
+        self.directions[step.link] = turned(local_of(direction), turning) if turning else direction
         self._origins[step.link] = (self.points[step.first], self._local[step.link][step.first])
 
     def _slide_in_slot(self, step: SlideInSlot) -> None:
@@ -162,7 +165,11 @@ class Equations(Trace):
         inverse_square = square.inverse()
         # the slot's direction in the plane: v (root - i across)/D, then turned back by that in the link
         cosine, sine = (vx * root + vy * across) * inverse_square, (vy * root - vx * across) * inverse_square
-        self.directions[link] = (cosine * nx + sine * ny, sine * nx - cosine * ny)
+        direction = cosine * nx + sine * ny, sine * nx - cosine * ny
+        if across.is_still and nx.is_still and ny.is_still:
+            turning = turn_in_slot((vx, vy), square, root.terms[0], across.terms[0])
+            self._turnings[link], direction = turning, turned(local_of(direction), turning)
+        self.directions[link] = direction
         self._origins[link] = (self.points[step.point], self._local[link][step.point])
 
     def _join_circles(self, point: str, first: Circle, second: Circle) -> None:
@@ -194,14 +201,18 @@ class Equations(Trace):
         self._add_factor(Factor(point, p, size), inherited)
         self._add_factor(Factor(point, q, size), inherited)
         self.squares.append(square)
-        half_inverse = square.inverse() * 0.5
+        (ax, ay), (dx, dy), half_inverse = self.points[a], d, square.inverse() * 0.5
         root = (p * q).sqrt()
-        k = (p + r * (r - s) * 2.0) * half_inverse
-        f = root * half_inverse * self._sign(point)
-        self.determinants[point] = root.terms[0] * (0.5 * self._sign(point))
-        (ax, ay), (dx, dy) = self.points[a], d
-        self._know(point, (ax + (k * dx - f * dy), ay + (k * dy + f * dx)), own, point)
-        self.transmission[point] = (root.terms[0], 0.5 * (q.terms[0] - p.terms[0]))
+        k, f = (p + r * (r - s) * 2.0) * half_inverse, root * half_inverse * self._sign(point)
+        ux, uy = k * dx - f * dy, k * dy + f * dx
+        determinant, difference = root.terms[0] * (0.5 * self._sign(point)), q.terms[0] - p.terms[0]
+        if r.is_still and s.is_still:
+            turnings = turn_sides(d, square, k.terms[0], difference, determinant)
+            self._turnings[first.link], self._turnings[second.link] = turnings
+            ux, uy = turned(local_of((ux, uy)), turnings[0])
+        self._know(point, (ax + ux, ay + uy), own, point)
+        self.determinants[point] = determinant
+        self.transmission[point] = (root.terms[0], 0.5 * difference)
 
     def _join_circle_and_line(self, point: str, circle: Circle, line: Slot | SlideLine) -> None:
         r = length(self.between(circle.link, circle.centre, point))

@@ -289,6 +289,11 @@ class Series:
         """Whether it is 0 in all designs, at all angles."""
         return all(term.value == 0.0 for term in self.terms)
 
+    @property
+    def is_still(self) -> bool:
+        """Whether it does not depend on the angle."""
+        return self.terms[1].value == self.terms[2].value == 0.0
+
     def __mul__(self, other: Series | Number | float) -> Series:
         if not isinstance(other, Series):
             return Series(*(a * other for a in self.terms))

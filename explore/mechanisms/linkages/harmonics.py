@@ -10,6 +10,8 @@ from explore.base.subroutines import subroutine
 
 #: Least margin of a factor that is surely positive, relative to a and the size of its terms.
 _SURE = 1e-9
+#: Largest number of functions of which is told whether they are first harmonics: bits of a number.
+MOST_HARMONICS = 30
 #: Type of an array of numbers.
 _F1 = "float64[::1]"
 

@@ -16,6 +16,7 @@ from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.following import FOLLOW_SIGNATURE, follow
 from explore.mechanisms.linkages.graph import Number, Series
 from explore.mechanisms.linkages.group_steps import groups_of
+from explore.mechanisms.linkages.harmonics import MOST_HARMONICS
 from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.mark_errors import BOUND_MARKS_SIGNATURE, bound_marks
 from explore.mechanisms.linkages.native_code import NativeFunction
@@ -92,10 +93,11 @@ def make_kernel(
     for others in of_nodes.values():
         rows.add(others)
     parameters = {name: row for row, name in enumerate(parameter_names(equations.table), status + 1)}
-    factors = len(equations.factors)
+    factors, harmonics = len(equations.factors), _harmonics(functions)
     sizes = Sizes(
-        factors, len(functions), len(links), rows.count, status, status + 1 + len(parameters),
-        _are_harmonic(functions), len(equations.groups), rows.first_group, int(bool(rate)), int(tells_reach),
+        factors, len(functions), len(links), rows.count, status, status + 1 + len(parameters), harmonics,
+        int(harmonics == (1 << len(functions)) - 1), len(equations.groups), rows.first_group, int(bool(rate)),
+        int(tells_reach),
     )  # fmt: skip
     closing = _Closing(
         sizes,
@@ -142,9 +144,9 @@ def _functions(equations: Equations) -> list[Series]:
     return [*(factor.value for factor in equations.factors), *equations.squares]
 
 
-def _are_harmonic(functions: Sequence[Series]) -> int:
-    """Whether all functions are first harmonics of the angle, as those of a single dyad on the driver."""
-    return int(all(function.terms[0].order <= 1 for function in functions))
+def _harmonics(functions: Sequence[Series]) -> int:
+    """Bits of the functions that are first harmonics of the angle, as those of a dyad on the driver."""
+    return sum(1 << k for k, each in enumerate(functions[:MOST_HARMONICS]) if each.terms[0].order <= 1)
 
 
 def _check_rows(equations: Equations, functions: Sequence[Series]) -> list[Number]:

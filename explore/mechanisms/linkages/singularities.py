@@ -18,7 +18,7 @@ from explore.base.compiling import LANES, compiled
 from explore.base.lanes.elementary import exponential, logarithm
 from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages.cells import NODES
-from explore.mechanisms.linkages.harmonics import amplitude_ratio, zero_tangent
+from explore.mechanisms.linkages.harmonics import MOST_HARMONICS, amplitude_ratio, zero_tangent
 
 #: Number of nodes of half a turn, each counted once.
 _HALF = NODES - 1
@@ -84,35 +84,37 @@ _SINES = tuple(map(math.sin, _ANGLES))
 _F1 = "float64[::1]"
 
 
-@compiled(f"void({_F1}, int64, int64, {_F1}, {_F1}, {_F1})", no_alias=True)
-def locate(values, factors, functions, verdicts, distances, work):
+@compiled(f"void({_F1}, int64, int64, int64, {_F1}, {_F1}, {_F1})", no_alias=True)
+def locate(values, factors, functions, harmonics, verdicts, distances, work):
     """Fill the half-tangent of the distance of the nearest complex zero of all functions, tanh(delta/2).
 
     `values` has the rows of all nodes of a turn, and `verdicts` the verdict of each lane; see `turning`. That of a lane
-    that is blocked is 0. `work` has WORK_ROWS rows.
+    that is blocked is 0. `harmonics` are the bits of functions that are known to be first harmonics; `work` has
+    WORK_ROWS rows.
     """
     size, slopes = (2 * functions + factors) * LANES, functions * LANES
     for lane in range(LANES):
         distances[lane] = 1.0 if verdicts[lane] >= 0.0 else 0.0
     for s in range(functions):
         function = values[s * LANES :]
-        if _locate_harmonic(function, size, slopes, verdicts, distances, work) > 0:
+        is_known = s < MOST_HARMONICS and harmonics >> s & 1 == 1
+        if _locate_harmonic(function, size, slopes, is_known, verdicts, distances, work) > 0:
             _fold_samples(function, size, slopes, work)
             _locate_pole(distances, work)
 
 
 @subroutine(contract=True, no_alias=True)
-def _locate_harmonic(function, size, slopes, verdicts, distances, work):
+def _locate_harmonic(function, size, slopes, is_known, verdicts, distances, work):
     """Take the zero of a first harmonic a - b cos(theta - phi), cosh(delta) = a/b; return the number of other lanes.
 
-    Lanes that are blocked are no others.
+    Lanes that are blocked are no others, nor is any lane of a function that is known to be one.
     """
     after, opposite = function[_QUARTER * size :], function[(_HALF + 1) * size :]
     before = function[(_HALF + 1 + _QUARTER) * size :]
     error, is_other = work[_ERROR * LANES :], work[_IS_OTHER * LANES :]
     for lane in range(LANES):
         error[lane] = 0.0 if verdicts[lane] >= 0.0 else math.inf
-    for j in range(2 * _HALF):
+    for j in range(0 if is_known else 2 * _HALF):
         # the slope of a first harmonic is by how much its value a quarter of a turn later exceeds the mean
         later, others = (j + _QUARTER) % (2 * _HALF), 0
         slope, value = function[(j + j // _HALF) * size + slopes :], function[(later + later // _HALF) * size :]

@@ -86,6 +86,7 @@ class Trace:
         self._conditions: dict[str, Number] = {}
         self._conditions_of_links: dict[str, Number] = {}
         self._made_by: dict[str, str] = {}
+        self._turnings: dict[str, tuple[Number, Number]] = {}
         self._origins: dict[str, tuple[Vector, Vector]] = {}
         self._pivot = ""
         self._zero = Series.still(zero), Series.still(zero)
@@ -133,6 +134,8 @@ class Trace:
         cosine, sine = self.directions[body]
         if cosine is self._angle.cosine:
             return self.graph.constant(1.0), self.graph.constant(0.0)
+        if body in self._turnings:
+            return self._turnings[body]
         first, second = (cosine.terms[0] * sine.terms[k] - sine.terms[0] * cosine.terms[k] for k in (1, 2))
         return first, second
 
