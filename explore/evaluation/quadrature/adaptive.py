@@ -80,28 +80,39 @@ def cut_panels(work, sums, rows, count, uncut):
     return number
 
 
-@subroutine()
-def _error_of_panel(sums, s, k, mean, length, scale, squares):
-    """Bound of the error of one panel's share in the statistics of a row, relative, and the size of the row on it."""
-    mass, tail = sums.masses[k], sums.tails[s * PANEL_CAPACITY + k]
-    here = sums.integrals[s * PANEL_CAPACITY + k] / mass
-    spread = sums.deviations[s * PANEL_CAPACITY + k] / mass
-    deviation = math.sqrt(spread + (here - mean) * (here - mean))
-    # Of the integral, or of that of the squared deviation from the mean.
-    factor = 1.0 if squares else max(1.0, 2.0 * deviation / scale)
-    return mass * tail * factor / (length * scale), math.sqrt(spread + here * here)
+@subroutine(no_alias=True)
+def _fill_errors(masses, integrals, deviations, tails, count, stride, mean, length, scale, squares, errors, sizes):
+    """Fill bounds of the errors of panels' shares in the statistics of a row, relative, and sizes of the row on them.
+
+    The arrays begin with the first panel.
+    """
+    for p in range(count):
+        k = p * stride
+        mass = masses[k]
+        here, spread = integrals[k] / mass, deviations[k] / mass
+        ratio = 2.0 * math.sqrt(spread + (here - mean) * (here - mean)) / scale
+        # Of the integral, or of that of the squared deviation from the mean.
+        factor = ratio if (ratio > 1.0) & (not squares) else 1.0
+        errors[k], sizes[k] = mass * tails[k] * factor / (length * scale), math.sqrt(spread + here * here)
 
 
 @subroutine()
 def _errors_of_row(work, sums, s, j, stride, flags):
-    """Bound of the error of one row's moments, relative; largest size of the row on a panel; what errors are over."""
+    """Bound of the error of one row's moments, relative; largest size of the row on a panel; what errors are over.
+
+    Errors and sizes of the panels are filled in `panel_errors` and `panel_sizes`.
+    """
     mean, length, first = work.means[s * CHUNK + j], work.bounds[bounds.AVERAGING + j], work.first_panel[work.live[j]]
-    squares = flags & FLAG_SQUARES != 0
+    squares, at = flags & FLAG_SQUARES != 0, s * PANEL_CAPACITY + first
     scale = abs(mean) if squares else math.sqrt(mean * mean + work.variances[s * CHUNK + j])
-    total, largest = 0.0, 0.0
-    for p in range(work.panel_count[work.live[j]] if scale > 0.0 else 0):
-        error, size = _error_of_panel(sums, s, first + p * stride, mean, length, scale, squares)
-        total, largest = total + error, max(largest, size)
+    count, total, largest = work.panel_count[work.live[j]] if scale > 0.0 else 0, 0.0, 0.0
+    _fill_errors(
+        sums.masses[first:], sums.integrals[at:], sums.deviations[at:], sums.tails[at:], count, stride, mean, length,
+        scale, squares, sums.panel_errors[first:], sums.panel_sizes[first:],
+    )  # fmt: skip
+    for p in range(count):
+        k = first + p * stride
+        total, largest = total + sums.panel_errors[k], max(largest, sums.panel_sizes[k])
     return total, largest, scale
 
 
@@ -127,13 +138,12 @@ def estimate_errors(work, sums, w, flags, n, stride):
 def _mark_panels(work, sums, s, j, stride, flags, tolerance, is_disturbed):
     """Raise, in `codes`, the nodes that one row needs on the panels of a live design, if it needs more of them."""
     total, largest, scale = _errors_of_row(work, sums, s, j, stride, flags)
-    mean, length, first = work.means[s * CHUNK + j], work.bounds[bounds.AVERAGING + j], work.first_panel[work.live[j]]
+    first = work.first_panel[work.live[j]]
     excess, count = _SHARE * tolerance / work.row_bounds[s * CHUNK + j], work.panel_count[work.live[j]]
     allowed, allowed_tail = excess * total / count, excess * work.estimates[s * CHUNK + j] * largest
     for p in range(count if scale > 0.0 else 0):
         k = first + p * stride
-        error, size = _error_of_panel(sums, s, k, mean, length, scale, flags & FLAG_SQUARES != 0)
-        at = s * PANEL_CAPACITY + k
+        at, error, size = s * PANEL_CAPACITY + k, sums.panel_errors[k], sums.panel_sizes[k]
         tail, earlier = sums.tails[at], sums.earlier_tails[at]
         if is_disturbed and not tail > _TAIL_OF_ROUNDING * math.sqrt(sums.roundings[at]):
             continue

@@ -41,9 +41,11 @@ def fill_roundings(disturbed_fill, sizes, tables, w, anchor, law, variant, count
         for j in range(used):
             at = (_node(j, used, count) * rows + s) * LANES
             _add_squares(tile.disturbed[(j * rows + s) * LANES :], signals[at:], tile.node)
-        for lane in range(lanes):
+        for lane in range(LANES):
             square = tile.node[lane] * scale / used
-            sums.roundings[s * PANEL_CAPACITY + tile.lane_panels[lane]] = square if square == square else math.inf
+            tile.node[lane] = square if square == square else math.inf
+        for lane in range(lanes):
+            sums.roundings[s * PANEL_CAPACITY + tile.lane_panels[lane]] = tile.node[lane]
 
 
 @subroutine(inlined=True)

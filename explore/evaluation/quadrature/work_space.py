@@ -154,7 +154,7 @@ class PanelSums(NamedTuple):
 
     `quadrature.tails` says what a tail is; `earlier_tails` are those on the panel of which this one is a half, and
     `roundings` squares of amplifications of `quadrature.rounding`, and of extremes those of the largest ones and of the
-    largest samples.
+    largest samples. `panel_errors` and `panel_sizes` are one number each, of one row.
     """
 
     masses: FloatArray
@@ -167,6 +167,8 @@ class PanelSums(NamedTuple):
     roundings: FloatArray
     largest_roundings: FloatArray
     largest_samples: FloatArray
+    panel_errors: FloatArray
+    panel_sizes: FloatArray
 
 
 class ChunkWork(NamedTuple):
@@ -221,7 +223,7 @@ TABLES_TYPE = types.NamedTuple(
     Tables,
 )  # fmt: skip
 TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 17), TileWork)
-PANEL_SUMS_TYPE = types.NamedUniTuple(_F1, 10, PanelSums)
+PANEL_SUMS_TYPE = types.NamedUniTuple(_F1, 12, PanelSums)
 CHUNK_WORK_TYPE = types.NamedTuple((*[_F1] * 5, *[_I1] * 10, *[_F1] * 12), ChunkWork)
 
 
@@ -251,7 +253,9 @@ def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, P
         values=np.empty(NODE_CAPACITY * LANES), marks=np.empty(NODE_CAPACITY * LANES),
     )  # fmt: skip
     of_rows = rows * PANEL_CAPACITY
-    sums = PanelSums(np.empty(PANEL_CAPACITY), *(np.empty(of_rows) for _ in range(9)))
+    sums = PanelSums(
+        np.empty(PANEL_CAPACITY), *(np.empty(of_rows) for _ in range(9)), *(np.empty(PANEL_CAPACITY) for _ in range(2))
+    )
     return chunk, tile, sums
 
 
