@@ -13,7 +13,7 @@ import pytest
 from command_line import assert_refused, call, run
 from PIL import Image
 from scipy.io import loadmat
-from studies import sweep_text
+from studies import TABLE, sweep_text
 
 import explore
 from explore.base.errors import RequestError, ResultsError
@@ -119,6 +119,15 @@ def test_csv_has_the_motion_to_the_last_bit_with_units(wiper):
         (180.0 + 60.0 * np.cos(angle)).to_numpy(), abs=1e-12
     )
     assert table["rocker joint y [mm]"].to_numpy() == pytest.approx((60.0 * np.sin(angle)).to_numpy(), abs=1e-12)
+
+
+def test_a_driven_link_named_crank_does_not_take_the_place_of_the_input_angle(tmp_path):
+    text = TABLE.replace("crank = {", "arm = {").replace('driver = "crank"', 'driver = "arm"')
+    sweep_text(tmp_path, text.replace("coupler = {", "crank = {"))
+    run("export", "study.h5", "--design", "0", "-o", "motion.csv", cwd=tmp_path)
+    table = pd.read_csv(tmp_path / "motion.csv")
+    assert list(table["drive_angle [deg]"]) == list(range(len(table)))
+    assert table["crank_angle [deg]"].between(30.0, 90.0).all()
 
 
 def test_a_drawing_notes_speeds_as_the_study_gives_them_and_lengths_in_mm(tmp_path):

@@ -111,6 +111,7 @@ CONTRADICTIONS = [
      "'crank' is a parameter and a metric"),
     (MECHANISM, {"metrics": changed(MECHANISM.metrics, "swing_angle", name="error")},
      "'error' is the name of a column of all results"),
+    (MECHANISM, {"input_angle": "rocker angle"}, "the signal 'rocker_angle' has the name of the input angle"),
     (MECHANISM, {"parameters": changed(MECHANISM.parameters, "crank", upper=0.0)},
      "the range of 'crank' is empty: above 0, up to 0"),
     (MECHANISM, {"parameters": changed(MECHANISM.parameters, "branch", lower=-1.0)},

@@ -42,4 +42,6 @@ def check_names(declaration: Declaration) -> Iterator[str]:
         yield from (f"the {kind} '{name}' is declared twice" for name in repeated(names))
     columns = [*kinds["parameter"], *kinds["metric"]]
     yield from (f"'{name}' is a parameter and a metric" for name in repeated(columns))
+    angle = declaration.input_angle.replace(" ", "_")
+    yield from (f"the signal '{name}' has the name of the input angle" for name in kinds["signal"] if name == angle)
     yield from (f"'{name}' is the name of a column of all results" for name in columns if name in OWN_COLUMNS)

@@ -154,6 +154,7 @@ def _declare(
         name=f"{PREFIX}{table.digest[:12]}",
         called="this linkage",
         summary="a planar linkage that a table describes",
+        input_angle=_input_angle(signals),
         parameters=tuple(_parameters(table)),
         signals=signals,
         formulas=formulas,
@@ -191,6 +192,11 @@ def _declare(
         table=table,
         **(_of_a_turn(table, signals, change) if turns else {"metrics": (), "zero_mean": frozenset()}),
     )
+
+
+def _input_angle(signals: tuple[Signal, ...]) -> str:
+    """The name of the input angle; `crank_angle` may be that of a driven link, and no link is named drive."""
+    return "drive angle" if any(signal.name == "crank_angle" for signal in signals) else "crank angle"
 
 
 def _of_a_turn(table: LinkageTable, signals: tuple[Signal, ...], change: str) -> dict[str, Any]:
