@@ -1,4 +1,5 @@
 # The public names: read by type checkers, and at run time by lazy_loader.
+from . import charts as charts
 from ._version import __version__ as __version__
 from .analysis.certifying.public import certify as certify
 from .analysis.covering import Coverage as Coverage

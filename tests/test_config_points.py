@@ -238,7 +238,7 @@ def test_python_says_what_is_wrong_with_points():
         explore.evaluate("crank-rocker", design, points=list("abcde"))
     with pytest.raises(explore.RequestError, match="the point 'a': two points have this name"):
         explore.evaluate("crank-rocker", design, points=["a", "a"])
-    with pytest.raises(explore.RequestError, match="the point knife has 3 numbers; give along and across"):
+    with pytest.raises(explore.RequestError, match="the point knife needs along and across"):
         explore.simulate("crank-rocker", design, points={"knife": (1, 2, 3)})
     with pytest.raises(explore.RequestError, match="has no floating link"):
         explore.simulate("gears", {}, points={"knife": (1, 2)})

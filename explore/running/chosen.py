@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from explore.base.errors import RequestError
+from explore.base.suggest import format_value
 from explore.model.request import Request
 from explore.results.ranking.rankings import rank_source
 from explore.results.store.results import Results
@@ -21,11 +23,22 @@ if TYPE_CHECKING:
 def chosen_designs(results: Results, numbers: Sequence[int] | int | None = None) -> pd.DataFrame:
     """All columns of designs by number, in the given order, or of the Pareto set in the objectives of the study."""
     if numbers is not None:
-        return results.designs(np.atleast_1d(np.asarray(numbers, dtype=np.int64)))
+        return results.designs(check_numbers(numbers))
     best = rank_source(results).frame.index
     if best.empty:
         raise RequestError(f"no design of {results.path} is feasible, so none is the best: choose one with `design`")
     return results.designs(best.to_numpy())
+
+
+def check_numbers(numbers: Sequence[int] | int) -> npt.NDArray[np.int64]:
+    """Numbers of designs, each named once."""
+    given = np.atleast_1d(np.asarray(numbers))
+    if given.ndim > 1 or (given.size and given.dtype.kind not in "iu"):
+        raise RequestError(f"designs: must be whole numbers, got {format_value(numbers)}")
+    unique, counts = np.unique(given, return_counts=True)
+    for number in unique[counts > 1]:
+        raise RequestError(f"design {number} is named twice; name each design once")
+    return given.astype(np.int64)
 
 
 def request_of(results: Results) -> Request:

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Literal, TypedDict, Unpack, get_args, overload
 import numpy as np
 import numpy.typing as npt
 
+from explore.base.counts import check_count
 from explore.base.errors import FailedBlocksWarning, NothingFeasibleWarning, RequestError
+from explore.base.suggest import format_value
 from explore.evaluation.derived import unavailable_metrics
 from explore.evaluation.evaluate import (
     evaluate_columns,
@@ -20,7 +22,6 @@ from explore.evaluation.evaluate import (
 from explore.evaluation.remembering import remembered
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.columns import Arrays
-from explore.model.points import COORDINATES
 from explore.model.progress import ReportProgress
 from explore.model.request import Request
 from explore.results.ranking.rankings import RankRequest, rank_source
@@ -30,8 +31,9 @@ from explore.results.store.results import Results
 from explore.running.motions import motion_interval, motion_signals, whole_motion_angles
 from explore.running.runs import Keep, run_study
 from explore.running.workers import find_workers, report_counts
+from explore.studies.config.study import Study
 from explore.studies.request.names import find_mechanism
-from explore.studies.request.parameters import parameter_columns
+from explore.studies.request.parameters import parameter_columns, point_parameters
 from explore.studies.request.requests import make_objective, make_request
 from explore.studies.request.targets import TargetOrSection
 
@@ -102,8 +104,10 @@ def sweep(
     """
     if keep not in get_args(Keep):
         raise RequestError(f"keep = {keep!r}: must be {' or '.join(get_args(Keep))}")
-    if max_failures is not None and max_failures < 0:
-        raise RequestError(f"max_failures = {max_failures}: must be at least 0, or None for no limit")
+    if max_failures is not None:
+        check_count("max_failures", max_failures, 0, ", or None for no limit")
+    if not isinstance(study, Study):
+        raise RequestError(f"study: must be a Study, such as load_study reads, got {format_value(study)}")
     cluster = find_workers(study.request, client, workers, processes=processes)
     report = report_counts(report_progress)
     summary = run_study(study, path, cluster, keep=keep, max_failures=max_failures, restart=restart, progress=report)
@@ -300,13 +304,16 @@ def simulate(
     """
     import pandas as pd
 
-    places = {name: tuple(place) for name, place in (points or {}).items()}
-    declared = find_mechanism(mechanism, tuple(places), target)
-    columns = parameter_columns(declared, {**parameters, **_coordinates(places)})
+    places = point_parameters(points or {})
+    declared = find_mechanism(mechanism, tuple(points or {}), target)
+    columns = parameter_columns(declared, {**parameters, **places})
     if len(columns[next(iter(columns))]) != 1:
         raise RequestError("simulate takes one design; evaluate takes many")
     count = int(angles) if isinstance(angles, (int, np.integer)) and not isinstance(angles, bool) else None
-    input_angle = np.asarray(angles, dtype=np.float64) if count is None else whole_motion_angles(declared, count)
+    try:
+        input_angle = np.asarray(angles, dtype=np.float64) if count is None else whole_motion_angles(declared, count)
+    except (TypeError, ValueError):
+        input_angle = np.empty(0)
     if input_angle.ndim != 1 or len(input_angle) == 0 or not np.isfinite(input_angle).all():
         raise RequestError("angles must be a positive number of angles or a list of finite angles in degrees")
     interval = motion_interval(declared, columns, None if count is not None else input_angle)
@@ -315,13 +322,3 @@ def simulate(
     frame.attrs["units"] = {signal.name: signal.unit for signal in declared.signals if signal.name in frame}
     frame.attrs["method"], frame.attrs["left_out"] = label, left_out
     return frame
-
-
-def _coordinates(places: Mapping[str, tuple[float | str, ...]]) -> dict[str, float | str]:
-    """The parameters that are the coordinates of points."""
-    columns: dict[str, float | str] = {}
-    for name, place in places.items():
-        if len(place) != len(COORDINATES):
-            raise RequestError(f"the point {name} has {len(place)} numbers; give along and across, such as (120, 40)")
-        columns |= {f"{name}_{axis}": value for axis, value in zip(COORDINATES, place, strict=True)}
-    return columns

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
+from explore.base.counts import check_count
 from explore.base.errors import RequestError
 from explore.evaluation.evaluate import compile_kernels
 from explore.model.progress import ReportProgress
@@ -23,8 +24,8 @@ def find_workers(
     request: Request, client: Client | None, workers: int | None, *, processes: bool
 ) -> AbstractContextManager[Client | LocalThreads]:
     """The workers that compute a request, whose kernels are compiled here if they share them."""
-    if workers is not None and workers < 1:
-        raise RequestError(f"workers = {workers}: must be at least 1")
+    if workers is not None:
+        check_count("workers", workers, 1)
     if client is not None and (workers is not None or processes):
         raise RequestError("workers and processes cannot be combined with client, which has its own workers")
     if client is not None:

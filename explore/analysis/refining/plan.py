@@ -11,6 +11,7 @@ import numpy as np
 
 from explore.analysis.refining.coordinates import Coordinates
 from explore.analysis.refining.generations import MOST_NEAREST, NO_PARENT, PARENT, Generations
+from explore.base.counts import check_count
 from explore.base.errors import RequestError, ResultsError
 from explore.model.columns import Arrays, Attribute, Column
 from explore.model.request import Objective
@@ -129,8 +130,8 @@ def plan_refinement(
             f"{results.path} is not finished: {results.n_committed:,} of {results.n_designs:,} designs; "
             "run the sweep or refinement again to go on, then refine"
         )
-    if seed < 0:
-        raise RequestError(f"seed = {seed}: must be at least 0")
+    check_count("seed", seed, 0)
+    check_count("evaluations", evaluations, 0)
     study = study_of(results)
     ranking = rank_source(results, RankRequest(objectives))
     require_computed(study, ranking.objectives, results)

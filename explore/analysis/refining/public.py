@@ -31,6 +31,7 @@ from explore.results.ranking.pareto import objectives_to_minimise
 from explore.results.ranking.rankings import RankRequest, rank_source, rankable_names
 from explore.results.store.open_results import open_results, results_of
 from explore.results.store.results import Results
+from explore.running.chosen import chosen_designs
 from explore.running.workers import find_workers, report_counts
 
 if TYPE_CHECKING:
@@ -139,11 +140,7 @@ def polish(
         if not len(best):
             raise RequestError(f"no design of {source.path} is feasible, so there is none to polish")
         designs = [int(best.index[0])]
-    numbers = np.atleast_1d(np.asarray(designs, dtype=np.int64))
-    unique, counts = np.unique(numbers, return_counts=True)
-    for number in unique[counts > 1]:
-        raise RequestError(f"design {number} is named twice; name each design once")
-    frame = source.designs(numbers)
+    frame = chosen_designs(source, designs)
     for number in frame.index[frame["feasible"] == 0]:
         raise RequestError(f"design {number} is not feasible; choose one that is")
     rows = [_polished(study, frame.iloc[[row]], one[0]) for row in range(len(frame))]

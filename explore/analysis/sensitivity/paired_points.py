@@ -17,6 +17,7 @@ import numpy as np
 from scipy.special import betaincinv
 
 from explore.analysis.sensitivity.jackknife import CONFIDENCE, half_width
+from explore.base.counts import check_count
 from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.studies.designs.samplers import sobol
@@ -56,12 +57,12 @@ class PairedPoints:
         """The points of at most so many evaluations; `RequestError` if they are too few."""
         sets = dimensions + 2
         least = LEAST_REPLICATES * LEAST_SIZE * sets
+        check_count("evaluations", evaluations, 0)
+        check_count("seed", seed, 0)
         if evaluations < least:
             raise RequestError(
                 f"evaluations = {evaluations:,}: the indices of {dimensions} parameters need at least {least:,}"
             )
-        if seed < 0:
-            raise RequestError(f"seed = {seed}: must be at least 0")
         size = _power_of_two(evaluations // (LEAST_REPLICATES * sets))
         return PairedPoints(dimensions, evaluations // (size * sets), size, seed)
 

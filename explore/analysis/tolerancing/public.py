@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.analysis.tolerancing.robustness import Robustness, TolerancePlan
 from explore.analysis.tolerancing.runs import ToleranceRun, is_continued
+from explore.base.counts import check_count
 from explore.base.errors import RequestError, ResultsError
 from explore.base.files import real_path
+from explore.base.suggest import format_value
 from explore.evaluation.evaluate import compile_kernels
 from explore.model.progress import ReportProgress
 from explore.results.ranking.objectives import parse_objective
@@ -114,10 +116,10 @@ def plan_tolerances(
     seed: int,
 ) -> TolerancePlan:
     """Read the tolerances and the designs; see `tolerance`."""
-    if draws < 2:
-        raise RequestError(f"draws = {draws}: must be at least 2")
-    if seed < 0:
-        raise RequestError(f"seed = {seed}: must be at least 0")
+    check_count("draws", draws, 2)
+    check_count("seed", seed, 0)
+    if not isinstance(tolerances, Mapping | None):
+        raise RequestError(f'tolerances: must be a dict such as {{"crank": 0.1}}, got {format_value(tolerances)}')
     request = request_of(source)
     study: Mapping[str, object] = source.sections.get("tolerances", {})
     chosen = make_tolerances(request.mechanism, {**study, **(tolerances or {})})

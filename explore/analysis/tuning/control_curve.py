@@ -104,7 +104,7 @@ def tune(
     high: float | str | None = None,
     start: float | str | None = None,
     stop: float | str | None = None,
-    also: Sequence[str] = (),
+    also: Sequence[str] | str = (),
     window: str | Mapping[str, float | str] | None = None,
     drive: str | None = None,
     formulas: Mapping[str, Mapping[str, str]] | None = None,
@@ -154,7 +154,7 @@ def tune(
     """
     declared = find_mechanism(mechanism, [points] if isinstance(points, str) else points, target)
     varied = _find_parameter(declared, parameter)
-    names = list(dict.fromkeys([metric, *also]))
+    names = list(dict.fromkeys([metric, *([also] if isinstance(also, str) else also)]))
     request = make_request(declared, metrics=names, window=window, drive=drive, formulas=formulas, tolerance=tolerance)
     bounds = _read_bounds(request, metric, low, high)
     others, known = _read_design(declared, design, parameter)

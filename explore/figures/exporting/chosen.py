@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from explore.base.errors import MotionError
+from explore.base.errors import MotionError, RequestError
 from explore.figures.charts.turn import Span
 from explore.figures.simulation import SimulatedDesign, simulate_design
 from explore.model.points import COORDINATES, coordinates
@@ -25,7 +25,7 @@ from explore.studies.config.study import Study
 from explore.studies.config.study_file import parse_study
 from explore.studies.config.toml_text import format_toml
 from explore.studies.request.names import find_mechanism
-from explore.studies.request.parameters import parameter_columns
+from explore.studies.request.parameters import parameter_columns, point_parameters
 
 #: Sections of a study of many designs that the study of one design does not take over.
 _OF_MANY = ("mechanism", "linkage", "parameters", "points", "target", "sampling", "rank", "scene")
@@ -99,13 +99,11 @@ class DesignOfParameters:
         points: Mapping[str, Sequence[float | str]],
     ) -> DesignOfParameters:
         """A design whose values may have units; `RequestError` for an unknown name or a bad value."""
+        places = point_parameters(points)
         declared = find_mechanism(mechanism, tuple(points))
-        places = {
-            f"{point}_{axis}": value
-            for point, place in points.items()
-            for axis, value in zip(COORDINATES, place, strict=True)
-        }
         columns = parameter_columns(declared, {**parameters, **places})
+        if len(next(iter(columns.values()))) != 1:
+            raise RequestError("export takes one design; give a number for each parameter")
         return cls(mechanism, {name: float(column[0]) for name, column in columns.items()}, tuple(points))
 
     @cached_property

@@ -14,6 +14,7 @@ from explore.figures.exporting.svg import write_svg
 from explore.results.store.open_results import ResultsOrPath, results_of
 from explore.results.store.outputs import new_output
 from explore.results.store.results import Results
+from explore.running.public import list_mechanisms
 from explore.studies.config.linkage import Linkage
 
 Design = DesignOfResults | DesignOfParameters
@@ -105,6 +106,8 @@ def _choose(
     if parameters is None:
         if isinstance(source, Linkage):
             raise RequestError("a linkage alone is no design; give its parameters")
+        if isinstance(source, str) and source in list_mechanisms():
+            raise RequestError("a mechanism alone is no design; give its parameters")
         if points:
             raise RequestError("points are given with the parameters of a mechanism; results have their own")
         return DesignOfResults.choose(results_of(source), design)

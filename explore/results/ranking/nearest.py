@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from explore.base.counts import check_count
 from explore.base.errors import RequestError
 from explore.base.units.shown import in_units
 from explore.model.columns import Arrays
@@ -122,8 +123,7 @@ class _NearestSearch:
     ) -> None:
         if not metrics and not criteria.limits:
             raise RequestError("these results have no constraint, so no design misses any")
-        if count < 1:
-            raise RequestError(f"nearest = {count}: must be at least 1")
+        check_count("nearest", count, 1)
         self._metrics, self._criteria, self._count, self._numbered_by = metrics, criteria, count, numbered_by
         self._scales: dict[str, float] = {}
         self._exclusions = Exclusions()

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from explore.base.counts import check_count
 from explore.base.errors import RequestError
 from explore.base.units.shown import Scale
 from explore.model.columns import Arrays
@@ -43,8 +44,7 @@ class RankRequest:
     quality: bool = False
 
     def __post_init__(self) -> None:
-        if self.fronts < 1:
-            raise RequestError(f"fronts = {self.fronts}: must be at least 1")
+        check_count("fronts", self.fronts, 1)
 
     @classmethod
     def from_words(

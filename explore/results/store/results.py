@@ -167,13 +167,13 @@ class Results(RecordedStudy):
             counts.update(dict(zip(codes.tolist(), numbers.tolist(), strict=True)))
         return {status.labels.get(code, str(code)): counts[code] for code in sorted(counts)}
 
-    def to_pandas(self, columns: Sequence[str] | None = None) -> pd.DataFrame:
+    def to_pandas(self, columns: Sequence[str] | str | None = None) -> pd.DataFrame:
         """The committed designs as a table.
 
         Parameters
         ----------
         columns
-            Names of the columns to read; all when None.
+            Names of the columns to read, or one name; all when None.
 
         Returns
         -------
@@ -184,7 +184,8 @@ class Results(RecordedStudy):
         """
         import pandas as pd  # 0.4 s, not needed by a sweep
 
-        names = [column.name for column in self.columns] if columns is None else list(columns)
+        given = [columns] if isinstance(columns, str) else columns
+        names = [column.name for column in self.columns] if given is None else list(given)
         selected = [self._reader.column(name) for name in names if name != INDEX]
         index, *arrays = self._reader.read_committed([self._reader.column(INDEX), *selected])
         data = dict(zip((column.name for column in selected), arrays, strict=True))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from explore.base.suggest import format_value
 from explore.base.units.quantities import quantity
 from explore.model.columns import Arrays
 from explore.model.mechanism import Mechanism
+from explore.model.points import COORDINATES
 from explore.model.quantities import FloatArray, Parameter
 
 if TYPE_CHECKING:
@@ -41,6 +42,19 @@ def parameter_columns(mechanism: Mechanism, designs: Mapping[str, npt.ArrayLike]
     if arrays[0].ndim > 1:
         raise RequestError(f"designs must be numbers or one-dimensional arrays, not of shape {arrays[0].shape}")
     return {name: np.atleast_1d(array).copy() for name, array in zip(given, arrays, strict=True)}
+
+
+def point_parameters(points: Mapping[str, Sequence[float | str]]) -> dict[str, float | str]:
+    """The parameters that are the coordinates of points."""
+    if not isinstance(points, Mapping):
+        raise RequestError(f'points: must be a dict such as {{"knife": (120, 40)}}, got {format_value(points)}')
+    found: dict[str, float | str] = {}
+    for name, place in points.items():
+        if isinstance(place, str) or np.shape(np.asarray(place, dtype=object)) != (len(COORDINATES),):
+            example = "along and across, such as (120, 40)"
+            raise RequestError(f"the point {name} needs {example}, got {format_value(place)}")
+        found |= {f"{name}_{axis}": value for axis, value in zip(COORDINATES, place, strict=True)}
+    return found
 
 
 def _numbers(parameter: Parameter, column: Any) -> FloatArray:
