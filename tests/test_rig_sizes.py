@@ -86,6 +86,17 @@ def test_a_rod_that_is_not_given_is_sized_for_strength():
     assert built["buckling_factor"] == pytest.approx(sized["buckling_factor"], rel=1e-12)
 
 
+@pytest.mark.parametrize("rod", [{"built_rod": 60.0}, {"allowed_stress": 116.7}])
+def test_a_formula_needs_no_more_than_the_metric_that_it_names(rod):
+    """One of the two gives the rod, and the yield strength is optional, in formulas of formulas, too."""
+    formulas = {"half": {"formula": "buckling_factor / 2", "unit": "1"}, "own": {"formula": "half + 1", "unit": "1"}}
+    row = evaluate(RIG | rod, ["buckling_factor"])
+    own = explore.evaluate("test-rig", RIG | rod, metrics=["own"], formulas=formulas).iloc[0]
+    assert (own["status"], own["own"]) == (Status.OK, row["buckling_factor"] / 2.0 + 1.0)
+    neither = explore.evaluate("test-rig", RIG | {"built_rod": [0.0, 60.0]}, metrics=["own"], formulas=formulas)
+    assert list(neither["status"]) == [Status.NOT_GIVEN, Status.OK]
+
+
 def test_johnson_limits_the_buckling_force_of_a_rod_that_is_not_slender():
     # Johnson's over Euler's stress is 2 r (1 - r/2) with r = (slenderness over 107.8)^2 up to 1; 25 mm has 182
     stocky = (4.0 * 1271.5 / (60.0 * math.sqrt(1.25))) ** 2 * 350.0 / (2.0 * math.pi**2 * 206e3)

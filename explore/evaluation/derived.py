@@ -7,7 +7,7 @@ operations (`explore.evaluation.propagation`). Parameters and closed-form metric
 design does not give is NaN.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -126,17 +126,23 @@ def required_parameters(request: Request) -> dict[tuple[str, ...], str]:
             if isinstance(source, SampledMetric) and source.signal.required_loads:
                 groups.setdefault(source.signal.required_loads, metric.name)
         if isinstance(metric, DerivedMetric):
-            for parameter in metric.parts:
-                alternatives, optional = metric.formula.alternatives, metric.formula.optional
-                if (
-                    isinstance(parameter, Parameter)
-                    and parameter.zero_meaning == OMITTED
-                    and parameter.name not in optional
-                ):
-                    groups.setdefault(
-                        alternatives if parameter.name in alternatives else (parameter.name,), metric.name
-                    )
+            for names in _needs(metric):
+                groups.setdefault(names, metric.name)
     return groups
+
+
+def _needs(metric: DerivedMetric) -> Iterator[tuple[str, ...]]:
+    """Groups of parameters of which each design must have one for a derived metric and those that it names."""
+    alternatives, optional = metric.formula.alternatives, metric.formula.optional
+    for source in metric.inputs:
+        groups: Iterable[tuple[str, ...]] = ()
+        if isinstance(source, DerivedMetric):
+            groups = _needs(source)
+        elif isinstance(source, Parameter) and source.zero_meaning == OMITTED:
+            groups = [(source.name,)]
+        for names in groups:
+            if not set(names) <= set(optional):
+                yield names if set(names).isdisjoint(alternatives) else alternatives
 
 
 def unavailable_metrics(request: Request, is_given: Callable[[str], bool]) -> list[tuple[str, str]]:
