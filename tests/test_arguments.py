@@ -95,3 +95,9 @@ def test_whole_numbers_of_numpy_and_single_names_are_taken(results):
 
 def test_figures_are_found_beside_the_other_names():
     assert callable(explore.charts.pareto_chart)
+
+
+def test_one_file_is_drawn_as_a_list_of_it_is(results):
+    (alone,), (listed,) = (explore.charts.joint_pareto_chart(each).axes for each in (results, [results]))
+    assert alone.get_xlabel() == listed.get_xlabel()
+    assert len(alone.collections) == len(listed.collections)

@@ -448,6 +448,23 @@ def test_the_command(results, tmp_path):
     assert (code, err.count("\n")) == (2, 1)
 
 
+def test_parameters_of_designs_that_are_all_feasible_do_not_depend_on_each_other(tmp_path):
+    """In a narrow box about a crank-rocker."""
+    ranges = {"crank": (24, 26), "coupler": (69, 71), "rocker": (59, 61), "ground": (79, 81)}
+    study = explore.Study(
+        mechanism="crank-rocker",
+        parameters={name: {"min": low, "max": high} for name, (low, high) in ranges.items()},
+        sampling={"method": "sobol", "count": 1024},
+        metrics=["swing_angle"],
+        objectives=["swing_angle:max"],
+    )
+    explore.sweep(study, tmp_path / "all.h5")
+    output = run("sensitivity", "all.h5", "--evaluations", 10_000, cwd=tmp_path)
+    assert "swing_angle of 1,024 feasible designs" in output.stdout
+    assert "depend on each other" not in output.stdout
+    assert "designs drawn are feasible" in output.stderr
+
+
 def test_ctrl_c_is_told_by_the_exit_code(results, tmp_path, monkeypatch):
     monkeypatch.setattr(SensitivityPlan, "table", interrupt)
     code, out, err = call("sensitivity", results.path, "--evaluations", FEW, "-o", tmp_path / "indices.csv")

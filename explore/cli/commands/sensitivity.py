@@ -96,7 +96,9 @@ def _print(table: pd.DataFrame) -> None:
             _print_feasibility(rows, table.attrs["feasible"])
         else:
             _print_metric(str(name), rows)
-    if (table["output"] != FEASIBLE).any():
+    is_feasibility = table["output"] == FEASIBLE
+    are_all_feasible = table.attrs["feasible"] > 0 and not is_feasibility.any()
+    if not (is_feasibility.all() or are_all_feasible):
         say(_DEPENDENT, data=True)
     open_ones = [f"{row.output} over {row.parameter}" for row in table[~table["converged"]].itertuples()]
     if open_ones:

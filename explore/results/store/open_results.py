@@ -54,6 +54,7 @@ def results_of(source: ResultsOrPath) -> Results:
 
 def open_several(sources: Sequence[ResultsOrPath]) -> dict[str, Results]:
     """Results by the name of their file; `RequestError` if there are none or one is named twice."""
+    sources = [sources] if isinstance(sources, (Results, Path, str)) else sources
     for source in sources:
         if not isinstance(source, (Results, Path, str)):
             raise RequestError(f"results are read together from files, not from a {type(source).__name__}")
