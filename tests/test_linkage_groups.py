@@ -230,6 +230,24 @@ def test_gaps_between_folds_are_found_that_are_narrower_than_cells():
         assert (gaps < 30.0).all()
 
 
+@pytest.mark.parametrize("shift", [*(11.25 * k / 8.0 for k in range(8)), 180.0, 250.0])
+def test_a_gap_is_found_wherever_it_is_between_nodes(shift):
+    """One of 0.23 deg, from the folds that Newton's method for all equations leads to; the cells are 11.25 deg wide."""
+    values = {"r1": 21.783447675296273, "l1": 92.33770725653338, "q": 65.41802714622632, "l2": 90.61478686188822,
+              "l3": 75.1708930584613, "speed": 1.0}  # fmt: skip
+    section = STARTERS["stephenson-3-far"]["linkage"]
+    crank = {"O": 0, "A": {"radius": "r1", "angle": -shift}}
+    section = section | {"links": section["links"] | {"crank": crank}}
+    section |= {"sketch": section["sketch"] | {"crank_angle": 30 + shift}}
+    kernel = Linkage(section, parameters=values).mechanism
+    closed = kernel.evaluate_closed_form(columns(kernel, {key: np.array([value]) for key, value in values.items()}))
+    assert kernel.status_labels[closed.status[0]] == "crank_blocked_at_Q"
+    count, start, end = closed.metrics[-len(REACH_NAMES) :, 0][:3]
+    folds = np.array([18.1553691808049272, 377.9296149266236212]) + shift
+    assert count == 1
+    assert [start, end] == pytest.approx(folds - 360.0 * (folds[0] >= 360.0), abs=1e-10)
+
+
 def test_a_blocked_group_is_moved_up_to_its_folds():
     """Places at 3e-9 to 20 deg from a fold, against Newton's method for all equations in mpmath: as far as they tell.
 

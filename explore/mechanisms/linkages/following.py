@@ -15,6 +15,7 @@ from explore.base.compiling import LANES, compiled
 from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages.group_assemblies import find_assembly
 from explore.mechanisms.linkages.group_chains import CHAIN_SIZE, STATE_SIZE
+from explore.mechanisms.linkages.group_folds import distance_from_folds
 from explore.mechanisms.linkages.group_paths import FOLDED, LOST, MOST_STATES, REACHED, follow_path
 from explore.mechanisms.linkages.turning import ROUNDING
 
@@ -60,9 +61,9 @@ def follow(constants, first, lanes, cosines, sines, out):
 def follow_group(constants, first, lanes, cosines, sines, out):
     """Fill seven rows at crank angles: how far a group assembles, the directions of both links, slope and size.
 
-    How far is by p up to a fold, 1 for a turn, negative where it does not assemble, and 0 where that is not decided;
-    its slope is by the crank angle, and its rounding errors are `turning.ROUNDING` times the size. `first` is the first
-    row of the group.
+    How far is as `distance_from_folds` says, 1 for a turn, -1 for no assembly, and 0 where that is not decided; its
+    slope is by the crank angle, and its rounding errors are `turning.ROUNDING` times the size. `first` is the first row
+    of the group.
     """
     for lane in range(lanes):
         base = first * lanes + lane
@@ -70,16 +71,12 @@ def follow_group(constants, first, lanes, cosines, sines, out):
         tangent = sine / (1.0 + abs(cosine))
         verdict, low, high = constants[base], constants[base + lanes], constants[base + 2 * lanes]
         place = tangent if cosine >= 0.0 else 2.0 - tangent
+        out[lane] = -1.0 if verdict == BLOCKED else 0.0 if verdict == UNDECIDED else 1.0
+        out[5 * lanes + lane], out[6 * lanes + lane] = 0.0, 1.0
+        if verdict == BLOCKED and high >= low:
+            out[lane], out[5 * lanes + lane] = distance_from_folds(place, low, high)
+            out[6 * lanes + lane] = constants[base + 5 * lanes] / ROUNDING
         place -= _TURN * math.floor((place - low) / _TURN)
-        before, after = place - low, high - place
-        # outside, from the end or to the start
-        before = min(before, after) if after >= 0.0 else -min(-after, low + _TURN - place)
-        rises = (place - low < high - place) if after >= 0.0 else (low + _TURN - place < place - high)
-        before, has_ends = before if high >= low else -1.0, verdict == BLOCKED and high >= low
-        out[lane] = before if verdict == BLOCKED else 0.0 if verdict == UNDECIDED else 1.0
-        slope = 0.5 * (1.0 + tangent * tangent)
-        out[5 * lanes + lane] = (slope if rises else -slope) if has_ends else 0.0
-        out[6 * lanes + lane] = constants[base + 5 * lanes] / ROUNDING if has_ends else 1.0
         place = min(place, high)
         start, end = 0, int(constants[base + 3 * lanes]) - 1
         while end - start > 1:
