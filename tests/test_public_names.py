@@ -1,6 +1,7 @@
 """A user's program: it runs, and uses every public name; `mypy --strict` checks it in the lint step of .ci/run."""
 
 import ast
+import doctest
 import re
 import sys
 from pathlib import Path
@@ -44,6 +45,15 @@ def test_the_reference_lists_every_public_name():
     text = (Path(__file__).parents[1] / "docs" / "reference.md").read_text(encoding="utf-8")
     listed = set(re.findall(r"^::: explore\.(?:charts\.)?(\w+)$", text, re.MULTILINE))
     assert not {*explore.__all__, *charts.__all__} - listed - {"__version__", "charts"}
+
+
+def test_examples_of_docstrings_run_as_printed(tmp_path, monkeypatch):
+    """Those of the modules of all public names, but for lines that need a service or results."""
+    monkeypatch.chdir(tmp_path)
+    modules = {getattr(getattr(explore, name), "__module__", "explore") for name in explore.__all__}
+    found = [doctest.testmod(sys.modules[module]) for module in sorted(modules)]
+    assert sum(each.failed for each in found) == 0
+    assert sum(each.attempted for each in found) >= 3
 
 
 def test_types_are_part_of_the_package():

@@ -107,6 +107,7 @@ class Study:
     ...     parameters={"crank": [60, 80], "coupler": 1083.4, "rocker": "54 cm", "ground": {"min": 650, "max": 750}},
     ...     sampling={"method": "sobol", "count": 1024, "seed": 1},
     ...     constraints={"transmission_angle_min": {"min": 30}},
+    ...     metrics=["cv", "rocker_acceleration_max"],
     ...     objectives=["cv", "rocker_acceleration_max"],
     ... )
     """
