@@ -1,5 +1,6 @@
 """Targets of linkages of tables: paths of any point, poses of any link, functions of the output."""
 
+import json
 import pickle
 import re
 
@@ -132,6 +133,14 @@ def test_a_linkage_with_a_target_is_pickled():
 def test_targets_that_a_linkage_cannot_have(target, reason):
     with pytest.raises(RequestError, match=re.escape(reason)):
         explore.evaluate(explore.Linkage(COUPLER), {"r1": 30, "r2": 100, "r3": 80, "r4": 110}, target=target)
+
+
+def test_a_length_with_the_name_of_a_metric_of_the_target_is_refused():
+    linkage = explore.Linkage(json.loads(json.dumps(COUPLER).replace('"r1"', '"path_crank_span"')))
+    target = {"kind": "path", "point": "M", "points": [[0, 0], [1, 1], [2, 0]]}
+    reason = "target: its metric path_crank_span would have the name of another column"
+    with pytest.raises(RequestError, match=reason):
+        explore.evaluate(linkage, {"path_crank_span": 30, "r2": 100, "r3": 80, "r4": 110}, target=target)
 
 
 def test_the_place_of_a_linkage_is_swept_with_its_target():

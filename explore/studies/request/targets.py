@@ -61,8 +61,9 @@ def read_target(mechanism: Mechanism, entries: object, problems: Problems, folde
         return None
     target = _READERS[kind](mechanism, entries, problems, folder)
     taken = {signal.name for signal in mechanism.signals} | {parameter.name for parameter in mechanism.parameters}
-    for parameter in mechanism.targets[kind].parameters:
-        if parameter.name in taken:
-            reason = f"its parameter {parameter.name} would have the name of another column"
-            problems.append(((), f"{reason}; rename that column, or the point"))
+    described = mechanism.targets[kind]
+    added = {"parameter": described.parameters, "metric": described.formulas(target) if target else ()}
+    for what, name in ((what, each.name) for what, those in added.items() for each in those if each.name in taken):
+        reason = f"its {what} {name} would have the name of another column"
+        problems.append(((), f"{reason}; rename that column, or the point"))
     return None if len(problems) > before else target
