@@ -392,3 +392,13 @@ def test_the_objectives_choose_what_is_kept_of_many_candidates(tmp_path, metrics
         first, second = everything[:, np.lexsort(everything[::-1])]
         front = first[second <= np.minimum.accumulate(second)]
         assert np.diff(np.sort(own[0])).max() < 1.5 * max(np.diff(front).max(), np.ptp(front) / 11)
+
+
+def test_it_is_said_once_that_candidates_come_nearest(tmp_path):
+    poses = "[[0, 0, 0], [10, 5, 20], [20, 0, 45], [30, 0, 50], [44, 2, 70]]"
+    (tmp_path / "task.toml").write_text(
+        f'task = "motion"\n[target]\nposes = {poses}\n[bounds]\ntransmission_angle_min = 60\nsize_ratio_max = 1.2\n'
+    )
+    output = run("synthesize", "task.toml", cwd=tmp_path)
+    assert "none meets all bounds: " in output.stderr
+    assert output.stderr.count("come nearest") == 1

@@ -137,7 +137,7 @@ class _Search:
             words = (
                 f"the best has a transmission angle of {best:.4g} deg" if passes.any() else self._met(pairs, longest)
             )
-            tried.append(f"none meets all bounds: {words}; these come nearest")
+            tried.append(f"none meets all bounds: {words}")
         order = np.lexsort((longest, -angles, ~passes, ~good))
         if n < _EXACT:
             order = order[good[order]] if good.any() else self._apart(pairs, order[: 50 * self.count])
