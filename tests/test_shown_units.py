@@ -7,7 +7,7 @@ import pytest
 from studies import FEW, sweep_text
 
 import explore
-from explore.base.units.quantities import unit_factor
+from explore.base.units.quantities import quantity, unit_factor
 from explore.base.units.shown import QUANTITIES, Scale, ShownUnits, read_shown_units
 from explore.results.ranking.rankings import RankRequest, rank_source
 from explore.studies.request.names import find_mechanism
@@ -109,6 +109,17 @@ def test_values_that_are_no_numbers_stay_so():
     for unit in ("mm", "rad/s"):
         np.testing.assert_array_equal(INCHES.scale(unit).show_all(values), values)
         assert np.isnan(INCHES.scale(unit).show(np.nan))
+
+
+def test_whole_numbers_of_a_unit_come_back_as_they_were_written():
+    """Of 6,000 rpm and as many thousandths of an inch all, which are off in the last digit by the factor alone."""
+    for unit, declared, scale in (
+        ("rpm", "rad/s", read_shown_units({"speed": "rpm"}).scale("rad/s")),
+        ("in", "mm", INCHES.scale("mm")),
+    ):
+        texts = [f"{k} {unit}" if unit == "rpm" else f"{k / 1000!r} {unit}" for k in range(1, 6001)]
+        values = np.array([quantity(text, declared) for text in texts])
+        assert scale.show_all(values).tolist() == [float(text.split()[0]) for text in texts]
 
 
 @pytest.mark.parametrize(

@@ -47,6 +47,16 @@ _ONE_FACTOR = re.compile(r"[^\W\d]+|°")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 
 
+def _shorten(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Numbers with ten digits where those are no farther than four rounding errors: their own, and of what was read."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        places = 9.0 - np.floor(np.log10(np.abs(values)))
+        up, down = (10.0 ** np.clip(sign * places, 0.0, 22.0) for sign in (1.0, -1.0))  # exact powers
+        short = np.rint(values * up / down) / up * down
+        is_near = (np.abs(short - values) <= 4.0 * 2.0**-53 * np.abs(values)) & (np.abs(places) <= 22.0)
+        return np.where(is_near, short, values)
+
+
 @dataclass(frozen=True)
 class Scale:
     """The units that values are declared and shown in, "1" or "" for plain numbers, and the factor between them.
@@ -74,11 +84,14 @@ class Scale:
         return float(self.show_all(np.asarray(value)))
 
     def show_all(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Declared values in the shown unit, by an exact factor with two rounding errors."""
+        """Declared values in the shown unit, by an exact factor with two rounding errors.
+
+        A number of ten digits that is as near is taken instead, as 120 rpm for 119.99999999999999.
+        """
         if self.factor == 1:
             return values
         top, bottom = self.ratio
-        return np.asarray(values * top / bottom)
+        return _shorten(np.asarray(values * top / bottom))
 
     def read(self, text: str) -> float:
         """The declared value of a text, a number in the shown unit or with a unit; an error has the reason alone."""
