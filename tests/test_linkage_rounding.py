@@ -123,3 +123,26 @@ def four_bar_along(place):
     frame, branch = {"O": [0, 0], "C": place}, {"B": "left of A C"}
     table = {"driver": "crank", "output": "rocker", "frame": frame, "links": links, "branch": branch}
     return explore.Linkage({"linkage": table})
+
+
+@pytest.mark.parametrize("pins", [("C", "B", "P"), ("P", "B", "C")])
+@pytest.mark.parametrize("point", ["P", "B"])
+def test_curvatures_of_links_about_the_frame_are_within_their_bounds(pins, point):
+    """They are 1/r, also where the rocker nearly stops and its acceleration is large beside the square of its rate."""
+    places = {"C": 0, "B": "r3", "P": ["p", "q"]}
+    four_bar = {
+        "driver": "crank",
+        "frame": {"O": [0, 0], "C": ["r4", 0]},
+        "links": {"crank": {"O": 0, "A": "r1"}, "coupler": {"A": 0, "B": "r2"}, "rocker": {k: places[k] for k in pins}},
+        "branch": {"B": "left of A C"},
+    }
+    rng = np.random.default_rng(4)
+    lengths = {"r1": 40.0, "r2": 120.0, "r3": 90.0, "r4": 100.0, "p": 50.0, "q": 20.0}
+    designs = {name: value * (1.0 + 0.2 * rng.uniform(-1.0, 1.0, 2000)) for name, value in lengths.items()}
+    name = f"{point}_curvature_max"
+    found = explore.evaluate(explore.Linkage(four_bar), designs, metrics=[name], window={"from": 40, "to": 100})
+    radius = np.hypot(designs["p"], designs["q"]) if point == "P" else designs["r3"]
+    is_ok = (found["status"] == 1).to_numpy()
+    assert np.count_nonzero(is_ok) > 1500
+    rounding = 2.0**-52  # of the radius and the product here
+    assert (np.abs(np.abs(found[name]) * radius - 1.0) <= found["error"] + rounding)[is_ok].all()

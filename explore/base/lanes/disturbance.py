@@ -12,13 +12,6 @@ import numpy.typing as npt
 
 from explore.base.subroutines import subroutine
 
-
-def _numbers(rng: np.random.Generator, count: int) -> npt.NDArray[np.float64]:
-    """Numbers of random signs and sizes, half of them of each sign."""
-    sizes = rng.uniform(*_SIZES, count)
-    return rng.permutation(np.repeat([-1.0, 1.0], count // 2)) * sizes / np.sqrt((sizes * sizes).mean())
-
-
 #: Relative change of an operation: large beside rounding, small beside what separates a design from its limits.
 DISTURBANCE = 2.0**-40
 #: Change of a disturbed half-tangent over that of an operation; all of a panel may be off together by 4 units.
@@ -27,8 +20,16 @@ OF_TANGENTS = 4.0
 PERIOD = 128
 #: Distance of the first factor of a node from that of the node before; odd, so that PERIOD nodes have different ones.
 STEP = 37
-#: Least size of a number m, and the largest that gives a mean square of 1.
-_SIZES = (0.6, 1.3484)
+#: Least and greatest size of a number m, before their mean square is made 1.
+_SIZES = (0.6, 1.35)
+
+
+def _numbers(rng: np.random.Generator, count: int) -> npt.NDArray[np.float64]:
+    """Numbers of random signs and sizes, half of them of each sign."""
+    sizes = rng.uniform(*_SIZES, count)
+    return rng.permutation(np.repeat([-1.0, 1.0], count // 2)) * sizes / np.sqrt((sizes * sizes).mean())
+
+
 #: Factors of the operations of all nodes; see `first_factor`.
 FACTORS = 1.0 + DISTURBANCE * _numbers(np.random.default_rng(1), 2 * PERIOD)
 

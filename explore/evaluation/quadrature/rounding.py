@@ -23,7 +23,10 @@ _SHARE = 0.5
 
 @subroutine(no_alias=True)
 def fill_roundings(disturbed_fill, sizes, tables, w, anchor, law, variant, count, lanes, signals, tile, sums):
-    """Fill the squares of the amplifications of every flagged row, for each panel of a tile, from its samples."""
+    """Fill the squares of the amplifications of every flagged row, for each panel of a tile, from its samples.
+
+    The masses of the tile are stored by then: `tile.node` holds sums here.
+    """
     rows, used = sizes.rows, (count + STRIDE - 1) // STRIDE
     for j in range(used):
         for lane in range(LANES):

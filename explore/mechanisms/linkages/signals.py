@@ -53,7 +53,7 @@ def _of_point(point: str, equations: Equations) -> Iterator[Quantity]:
         yield replace(quantity, signal=replace(quantity.signal, is_magnitude=True))
     speed = squares[0].sqrt()
     cube = squares[0] * speed
-    curvature = (x.terms[1] * y.terms[2] - y.terms[1] * x.terms[2]) / cube
+    curvature = equations.path_turning(point) / cube
     long_name = f"curvature of the path of {point}, positive where it turns left"
     quantity = _quantity(f"{point}_curvature", "1/mm", long_name, curvature)
     yield replace(quantity, signal=replace(quantity.signal, has_own_singularities=True))

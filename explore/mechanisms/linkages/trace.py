@@ -9,7 +9,7 @@ from explore.mechanisms.linkages.expressions import read_expression
 from explore.mechanisms.linkages.graph import Graph, Number, Series
 from explore.mechanisms.linkages.steps import SlideLine
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slide, Slot
-from explore.mechanisms.linkages.vectors import Local, Vector, dot, larger, length, minus
+from explore.mechanisms.linkages.vectors import Local, Vector, cross, dot, larger, length, minus
 
 #: Beginning of the names of inputs for the middle of a link's range (rad, ":0"), its cosine (":1") and sine (":2").
 REFERENCE = "@reference:"
@@ -138,6 +138,19 @@ class Trace:
             return self._turnings[body]
         first, second = (cosine.terms[0] * sine.terms[k] - sine.terms[0] * cosine.terms[k] for k in (1, 2))
         return first, second
+
+    def path_turning(self, point: str) -> Number:
+        """The cross product of the velocity and the acceleration of a point, mm^2.
+
+        It is w^3 r^2 of a link that turns about a point of the frame at the rate w, without w' that cancels.
+        """
+        x, y = self.points[point]
+        for body in self.table.links:
+            pivot = next((each for each in body.place_of if self._made_by.get(each) == FRAME), None)
+            if point in body.place_of and pivot:
+                rate, arm = self.turning_of(body.name)[0], minus((x, y), self.points[pivot])
+                return rate * rate * rate * dot(arm, arm).terms[0]
+        return cross((x.terms[1], y.terms[1]), (x.terms[2], y.terms[2]))
 
     # coordinates of the design
 
