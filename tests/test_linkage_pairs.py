@@ -166,6 +166,33 @@ def test_all_signals_are_those_of_doubles_but_for_their_rounding(name):
     assert not (np.abs(precise - plain) > rounding).any()
 
 
+#: A boom on the frame that a driven pin in a tube on the frame lifts, and a design of it.
+BOOM = {
+    "driver": "cylinder", "travel": ["l", "1.6 * l"], "output": "boom", "frame": {"O": [0, 0], "C": [600, 0]},
+    "links": {"tube": {"O": 0}, "boom": {"C": 0, "B": 800, "P": [2400, -150]}},
+    "slots": {"cylinder": {"pin": "B", "link": "tube", "along": ["O", [1, 0]]}}, "branch": {"B": "left of O C"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [*CASES, "boom"])
+def test_curvatures_follow_from_velocities_and_accelerations(name):
+    """Points of links about the frame have a formula of their own, which a driven pin in the slot of one has not."""
+    linkage, values = (
+        (explore.Linkage(BOOM), {"l": 650.0}) if name == "boom" else (linkage_of(CASES[name]), values_of(CASES[name]))
+    )
+    mechanism = linkage.mechanism
+    rows = {each.name: each.row for each in mechanism.signals}
+    samples = samples_of(mechanism.fill, mechanism, values, np.tan(np.linspace(-0.35, 0.3, 16)), 0)
+    points = [each.removesuffix("_curvature") for each in rows if each.endswith("_curvature")]
+    assert points
+    for point in points:
+        words = ("velocity", "acceleration")
+        vx, vy, ax, ay = (samples[:, rows[f"{point}_{word}_{axis}"]] for word in words for axis in "xy")
+        speed, product = np.hypot(vx, vy), samples[:, rows[f"{point}_curvature"]] * np.hypot(vx, vy) ** 3
+        # terms of this size cancel; the places have the rounding of positions, 1e-12 of them at most here
+        assert (np.abs(product - (vx * ay - vy * ax)) <= 1e-11 * speed * np.hypot(ax, ay))[speed > 0.0].all()
+
+
 def test_disturbed_half_tangents_tell_what_their_rounding_does():
     """The place of a crank pin, r cos and r sin, moves by that of the half-tangent and nothing else that is seen."""
     values, tangents = values_of(CASES["watt-2"]), np.linspace(-0.9, 0.9, 64)

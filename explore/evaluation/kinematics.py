@@ -60,12 +60,12 @@ def evaluate_kinematics(
     has its own; `speed` and each of the `inputs`, all parameters by name, are of shape (n,).
     """
     mechanism = request.kernel
-    may_move = request.interval is not None and mechanism.takes_interval
-    result = mechanism.evaluate_closed_form(geometry, keeps_constants=may_move)
+    interval = request.interval if mechanism.takes_interval else None
+    result = mechanism.evaluate_closed_form(geometry, keeps_constants=interval is not None)
     row = mechanism.closed_error_row
     closed_error = result.constants[row].copy() if row >= 0 else None
-    if request.interval and may_move:
-        _move_over_interval(mechanism, geometry, request.interval, result)
+    if interval:
+        _move_over_interval(mechanism, geometry, interval, result)
     closed = {metric.name: result.metrics[k] for k, metric in enumerate(mechanism.metrics)}
     has_stroke = np.ones(len(result.status), dtype=np.bool_)
     for code, own in mechanism.statuses.items():

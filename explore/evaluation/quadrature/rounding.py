@@ -90,12 +90,13 @@ def merge_roundings(n, s, flags, regular, per_design, stride, work, sums):
     """
     base, averaging = s * PANEL_CAPACITY, work.bounds[bounds.AVERAGING :]
     means, variances = work.means[s * CHUNK :], work.variances[s * CHUNK :]
-    if regular and not flags & FLAG_EXTREMES:
+    together = regular and not flags & FLAG_EXTREMES
+    if together:
         work.terms[:n] = 0.0
         for part in range(per_design):
             roundings = sums.roundings[base + part * n :]
             _add_regular(n, part, sums.masses[part * n :], roundings, averaging, work.panel_count, work.terms)
-    for j in range(0 if regular and not flags & FLAG_EXTREMES else n):
+    for j in range(0 if together else n):
         i, total, most, largest = work.live[j], 0.0, 0.0, 0.0
         for p in range(work.panel_count[i]):
             k = work.first_panel[i] + p * stride

@@ -10,7 +10,8 @@ once. So are r - h and r + h of the next where c is on the driver and the line o
 
 RRP: a line through g along n, and a point c at the distance r from the joint: with w = g - c and h = n x w the joint is
 at g + (+- sqrt((r - h)(r + h)) - n.w) n. RPR: the direction of a link follows from a known point of it and from the pin
-in its slot, v apart, at the distance e across: v (+- sqrt(D - e^2) - i e)/D in complex numbers, D = v.v.
+in its slot, v apart, at the distance e across: v (+- sqrt(D - e^2) - i e)/D in complex numbers, D = v.v. Of the rates
+of these links see `turning_rates`.
 
 Of groups of four links see `group_equations`.
 """

@@ -142,7 +142,8 @@ class Trace:
     def path_turning(self, point: str) -> Number:
         """The cross product of the velocity and the acceleration of a point, mm^2.
 
-        It is w^3 r^2 of a link that turns about a point of the frame at the rate w, without w' that cancels.
+        It is w^3 r^2 of a link that turns about a point of the frame at the rate w, without w' that cancels. The table
+        lists no driven pin with the link that has its slot, along which it moves.
         """
         x, y = self.points[point]
         for body in self.table.links:
