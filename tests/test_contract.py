@@ -13,6 +13,7 @@ from toy_mechanism import PEAK, STUDY, WRONG_PEAK
 
 import explore
 from explore import Linkage
+from explore.base.compiling import FILL_SIGNATURE, LANES, compiled
 from explore.evaluation import sampled
 from explore.mechanisms.registry import MECHANISMS
 from explore.mechanisms.rocking import CANNOT_ASSEMBLE
@@ -20,6 +21,7 @@ from explore.model.mechanism import Mechanism
 from explore.model.status import Status
 from explore.studies.config.study_file import starter
 from explore.testing import check_mechanism, dense_statistics
+from explore.testing.anchors import changes_with_the_anchor
 from explore.testing.commands import failing_commands
 from explore.testing.contract import draw_designs
 from explore.testing.derivatives import wrong_derivatives
@@ -254,8 +256,12 @@ def test_designs_are_drawn_around_those_of_the_study(load):
 
 
 @pytest.mark.parametrize(
-    "check", [wrong_derivatives, wrong_zero_means, changes_with_units, changes_with_the_block, wrong_statuses]
-)
+    "check",
+    [
+        wrong_derivatives, wrong_zero_means, changes_with_units, changes_with_the_block, changes_with_the_anchor,
+        wrong_statuses,
+    ],
+)  # fmt: skip
 def test_no_promise_of_ordinary_designs_is_broken(check):
     assert list(check(plain(CRANK_ROCKER))) == []
 
@@ -311,6 +317,18 @@ def test_a_wrong_derivative():
     )
     (sentence,) = wrong_derivatives(plain(CRANK_ROCKER, signals=signals))
     assert sentence.startswith("rocker_velocity is not the derivative of coupler_angle: ")
+
+
+def test_a_signal_about_one_anchor_only():
+    @compiled(FILL_SIGNATURE)
+    def fill(_constants, tangents, _anchor, _law, _variant, count, _needs, out):
+        for k in range(count * LANES):
+            out[k] = 1.0 / (1.0 + tangents[k] * tangents[k])
+
+    subject = Subject(replace(WRONG_PEAK, fill=fill), {"distance": np.array([1.0])})
+    (sentence,) = changes_with_the_anchor(subject)
+    assert sentence.startswith("height at the half-tangent -1e-09 from anchor 0 is 1, and about the other anchor 1e-18")
+    assert list(changes_with_the_anchor(Subject(WRONG_PEAK, {"distance": np.array([1.0])}))) == []
 
 
 def test_a_mean_that_is_not_0():

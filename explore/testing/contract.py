@@ -15,6 +15,7 @@ from explore.studies.config.study import Study
 from explore.studies.config.study_file import load_study, starter
 from explore.studies.designs.spaces import BLOCK_SIZE
 from explore.studies.request.parameters import parameter_columns
+from explore.testing.anchors import changes_with_the_anchor
 from explore.testing.commands import failing_commands
 from explore.testing.derivatives import wrong_derivatives
 from explore.testing.drawing import broken_links
@@ -31,6 +32,7 @@ _CHECKS = (
     wrong_zero_means,
     changes_with_units,
     changes_with_the_block,
+    changes_with_the_anchor,
     broken_links,
 )
 #: Factor by which the range of drawn values exceeds the study's at each end.
@@ -77,6 +79,7 @@ def check_mechanism(
       `error` of those by dense sampling, which uses the signals at plain input angles alone;
     - all columns change as their units say when lengths, times and masses are given in other units, also the speed;
     - no bit depends on the block of a design or its place in it;
+    - signals at an input angle are the same about the anchor and about its opposite;
     - links of the drawing keep their lengths;
     - the study loads and sweeps, and every command works on its results.
 

@@ -123,7 +123,12 @@ def _fill_slider(constants, tangents, anchor, needs, out):
             moving = r * (2.0 * u + 0.5 * root * (above - below) - 2.0 * r * square * one_over_root) * one_over_w
             # a rod below four cranks
             is_short = a + p < 8.0 * r
-            resting = _rest_acceleration(abs(u), r, a, b, p, q, rate)
+            # about the nearer one of the anchor and its opposite, where the terms do not grow with u
+            is_near, u_near = square <= 1.0, abs(u) if square <= 1.0 else 1.0 / abs(u)
+            a_near, b_near = a if is_near else b, b if is_near else a
+            p_near, q_near = p if is_near else q, q if is_near else p
+            rate_near = rate if is_near else -rate
+            resting = _rest_acceleration(u_near, r, a_near, b_near, p_near, q_near, rate_near)
             out[ACCELERATION * LANES + lane] = resting if (u > 0.0) & is_short else moving
 
 
