@@ -8,7 +8,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_quadrature_tiles import CONSTANTS, HARMONICS, OFFSET, PHASE, extremes, fill_harmonics, value
+from test_quadrature_tiles import (
+    CONSTANTS,
+    HARMONICS,
+    OFFSET,
+    PHASE,
+    double_minima,
+    exact_minimum,
+    extremes,
+    fill_harmonics,
+    value,
+)
 from toy_mechanism import PEAK, Row
 
 from explore.base.compiling import LANES
@@ -127,6 +137,32 @@ def test_the_count_is_the_smallest_that_the_error_model_allows(order):
     assert rows[RATE // PANEL_CAPACITY, :n][chosen] == pytest.approx(delta[chosen], rel=1e-14)
 
 
+def extremes_of_turn(constants, sign, count):
+    """Smallest values over a turn in each lane for a positive sign, else the largest."""
+    shape, size = np.zeros(SHAPE_SIZE), 2 * LANES
+    shape[TILE_HALF : TILE_HALF + LANES] = 0.5 * math.pi
+    shape[TILE_RESOLUTION : TILE_RESOLUTION + LANES] = 1.0
+    tangents, weights = np.empty(count * LANES), np.empty(count * LANES)
+    place_equispaced(count, tangents, weights)
+    signals = np.empty((count + 2) * size)
+    fill_harmonics(constants.reshape(-1), tangents, 0, 0, 0, count, 0, signals[size:])
+    repeat_turn(signals, 2, count)
+    _, row_of, table = gauss_legendre_rules()
+    return extremes(constants.reshape(-1), shape, 0, sign, count, table, row_of[count], signals)
+
+
+@pytest.mark.parametrize("count", [12, 16, 20])
+@pytest.mark.parametrize("tilt", [-1e-3, 1e-5])
+def test_the_lower_of_two_minima_a_few_nodes_apart(tilt, count):
+    """Wherever the nodes are about them; samples fall through a node beside one, or are least between both."""
+    for turned in 2.0 * np.pi / count / 8.0 * np.arange(8):
+        places = turned + 2.0 * np.pi / LANES * np.arange(LANES)
+        constants = double_minima(places, tilt)
+        exact = [exact_minimum(constants[:, k], p - 1.0, p + 1.0, 1.0) for k, p in enumerate(places)]
+        # the arguments of the cosines, up to 3 x 6 rad, are rounded
+        assert extremes_of_turn(constants, 1.0, count) == pytest.approx(exact, rel=0.0, abs=4e-15)
+
+
 @settings(derandomize=True, deadline=None, max_examples=60)
 @given(
     count=st.sampled_from(COUNTS),
@@ -140,16 +176,7 @@ def test_extremes_are_found_anywhere(count, sign, at, offset):
     constants[:HARMONICS] = -sign * np.array([1.0, 0.5, 0.25])[:, None]
     peaks = at - offset + 2.0 * np.pi / count / LANES * np.arange(LANES)
     constants[PHASE:OFFSET] = np.array([1.0, 2.0, 3.0])[:, None] * peaks
-    shape, size = np.zeros(SHAPE_SIZE), 2 * LANES
-    shape[TILE_HALF : TILE_HALF + LANES] = 0.5 * math.pi
-    shape[TILE_RESOLUTION : TILE_RESOLUTION + LANES] = 1.0
-    tangents, weights = np.empty(count * LANES), np.empty(count * LANES)
-    place_equispaced(count, tangents, weights)
-    signals = np.empty((count + 2) * size)
-    fill_harmonics(constants.reshape(-1), tangents, 0, 0, 0, count, 0, signals[size:])
-    repeat_turn(signals, 2, count)
-    _, row_of, table = gauss_legendre_rules()
-    found = extremes(constants.reshape(-1), shape, 0, sign, count, table, row_of[count], signals)
+    found = extremes_of_turn(constants, sign, count)
     exact = np.array([value(constants[:, lane], peaks[lane]) for lane in range(LANES)])
     # the arguments of the cosines, up to 3 x 6 rad, are rounded, and the step that ends the search
     assert found == pytest.approx(exact, rel=0.0, abs=4e-15)

@@ -186,6 +186,27 @@ def test_extremes_of_harmonics(seed, count, sign):
         assert found[lane] == pytest.approx(exact, rel=0.0, abs=4e-15)
 
 
+def double_minima(places, tilt):
+    """Constants of -cos x + 0.28 cos(2 x + tilt) - 0.0085 cos 3 x, with minima of -0.7295 at -0.31 and 0.31."""
+    constants = np.zeros((CONSTANTS, LANES))
+    constants[:HARMONICS] = np.array([1.0, 0.28, 0.0085])[:, None]
+    constants[PHASE:OFFSET] = np.array([np.pi, -tilt, np.pi])[:, None] + np.array([1.0, 2.0, 3.0])[:, None] * places
+    return constants
+
+
+@pytest.mark.parametrize("count", [10, 12])
+@pytest.mark.parametrize("tilt", [-1e-3, 1e-5])
+def test_the_lower_of_two_minima_a_few_nodes_apart(tilt, count):
+    """Wherever the nodes are about them, and where they are beside an end of the panel."""
+    for before in np.linspace(0.35, 1.6, 8):
+        places = np.linspace(-0.3, 0.3, LANES)
+        constants, last = double_minima(places, tilt), np.tan(0.5 * (places + 1.0))
+        tile = Tile(constants, 0, np.tan(0.5 * (places - before)), last, np.full(LANES, 0.9), count, ends=True)
+        exact = [exact_minimum(constants[:, k], p - before, p + 1.0, 1.0) for k, p in enumerate(places)]
+        # of terms that add up to at most 1.3
+        assert tile.extreme(1.0) == pytest.approx(exact, rel=0.0, abs=2e-15)
+
+
 @pytest.mark.parametrize("count", [8, 12, 20])
 @pytest.mark.parametrize("past", [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2])
 def test_an_extreme_close_to_the_end_of_a_panel_is_found(past, count):

@@ -20,18 +20,19 @@ from explore.evaluation.quadrature.brent import (
     start_lane,
 )
 from explore.evaluation.quadrature.equispaced import abscissa
+from explore.evaluation.quadrature.hidden_extremes import BEFORE, BEHIND, BOTH, mark_hidden
 from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCALE, sample_abscissa
 
 #: Factor on the largest drop of a parabola below a local minimum, which may win if this reaches the least sample.
 _DROP_MARGIN = 64.0
 #: Slope at an end, over curvature times distance to the next sample, below which the extreme may be inside.
 _DOUBTFUL = 0.1
-#: Distances of looks inside from an end, over the distance to the next sample: extremes may be ever nearer to it.
-_LOOKS = tuple(8.0**-k for k in range(1, 7))
+#: Distances of looks from a candidate, over the distance to the next sample: extremes may be ever nearer to it.
+_LOOKS = (0.5, *(8.0**-k for k in range(1, 7)))
 #: Rise to both neighbours of a sample, over its size, up to which a minimum is one of rounding.
 _CONSTANT = 2.0**-46
-#: Value of ACTIVE of a lane whose candidate is an end of the panel.
-AT_END = 2.0
+#: Value of ACTIVE of a lane whose candidate is a sample beside which the least value may be.
+BESIDE = 2.0
 
 # Rows of the state after those of Brent's method: least sample, next sample to look at, result.
 LEAST, NEXT, RESULT = ((BRENT_ROWS + row) * LANES for row in range(3))
@@ -105,6 +106,7 @@ def _mark_candidates(is_turn, values, least, count, table, rule, marks):
     for j in range(count, 0, -1):
         a, x, b = _neighbours(is_turn, count, table, rule, j)
         _mark_inside(values[(j - 1) * LANES :], j, a, x, b, least, marks[(j + 1) * LANES :], marks[j * LANES :], width)
+        mark_hidden(is_turn, values, least, count, j, marks[j * LANES :])
     for lane in range(LANES):
         marks[lane] = marks[LANES + lane]
     if not is_turn:
@@ -130,24 +132,49 @@ def _start_at_end(shape, values, count, table, rule, state, lane, j):
     next_to_end = 1 if j == 0 else count
     direction = shape[TILE_HALF + lane] if j == 0 else -shape[TILE_HALF + lane]
     end, inner = shape[TILE_CENTRE + lane] - direction, 1.0 + sample_abscissa(table, rule, count, 1)
-    state[BEST + lane], state[AT_BEST + lane] = end, values[j * LANES + lane]
-    state[STEP + lane] = direction * inner
-    state[SECOND + lane], state[AT_SECOND + lane] = end + direction * inner, values[next_to_end * LANES + lane]
-    state[ACTIVE + lane] = AT_END
+    _start_beside(state, lane, end, direction * inner, values[j * LANES + lane], values[next_to_end * LANES + lane])
+
+
+@subroutine()
+def _start_beside_node(shape, is_turn, values, count, table, rule, state, lane, j, is_before):
+    """Make a node of a slope the lane's candidate, with a minimum hidden before or behind it."""
+    a, x, b = _neighbours(is_turn, count, table, rule, j)
+    half, other = shape[TILE_HALF + lane], j - 1 if is_before else j + 1
+    step = half * (a - x) if is_before else half * (b - x)
+    place = shape[TILE_CENTRE + lane] + half * x
+    _start_beside(state, lane, place, step, values[j * LANES + lane], values[other * LANES + lane])
+
+
+@subroutine(inlined=True)
+def _start_beside(state, lane, place, step, value, next_value):
+    """Make a sample the lane's candidate, beside which the least value is, up to the next sample a step away."""
+    state[BEST + lane], state[AT_BEST + lane], state[STEP + lane] = place, value, step
+    state[SECOND + lane], state[AT_SECOND + lane] = place + step, next_value
+    state[ACTIVE + lane] = BESIDE
 
 
 @subroutine()
 def _next_candidate(shape, is_turn, values, marks, count, table, rule, state, lane):
-    """Start the lane at its next marked sample from NEXT on; it rests if there is none."""
-    j = int(marks[int(state[NEXT + lane]) * LANES + lane])
-    if 0 < j <= count:
+    """Start the lane at its next marked sample from NEXT on; it rests if there is none.
+
+    Where minima may be hidden on both sides of a sample, the lane starts there three times, with NEXT between samples.
+    """
+    following = state[NEXT + lane]
+    mark = marks[int(following) * LANES + lane] if following == int(following) else following
+    j = int(mark)
+    next_one = 1.0 * min(j + 1, count + 2)
+    if mark - j == BEFORE or mark - j == BEHIND:
+        _start_beside_node(shape, is_turn, values, count, table, rule, state, lane, j, mark - j == BEFORE)
+        next_one = j + BEHIND if following == mark == j + BEFORE else next_one
+    elif 0 < j <= count:
         _start_inside(shape, is_turn, values, count, table, rule, state, lane, j)
+        next_one = j + BEFORE if mark - j == BOTH else next_one
     elif j <= count + 1:
         _start_at_end(shape, values, count, table, rule, state, lane, j)
     else:
         state[ACTIVE + lane] = 0.0
         state[BEST + lane], state[AT_BEST + lane] = shape[TILE_CENTRE + lane], math.inf
-    state[NEXT + lane] = 1.0 * min(j + 1, count + 2)
+    state[NEXT + lane] = next_one
 
 
 @subroutine(no_alias=True)
@@ -162,12 +189,12 @@ def _take_sample(sample, sign, values, least):
 
 @subroutine()
 def _look_inside(fill, anchor, law, variant, needs, row, sign, tile):
-    """Look at points ever nearer to the ends that are candidates, and start the lanes where one is below the end."""
+    """Look at points ever nearer to candidates with a minimum beside them, and start the lanes where one is below."""
     state = tile.state
     for look in _LOOKS:
         for lane in range(LANES):
-            is_at_end = state[ACTIVE + lane] == AT_END
-            state[TRIAL + lane] = state[BEST + lane] + (look * state[STEP + lane] if is_at_end else 0.0)
+            is_beside = state[ACTIVE + lane] == BESIDE
+            state[TRIAL + lane] = state[BEST + lane] + (look * state[STEP + lane] if is_beside else 0.0)
         fill_trial_tangents(tile.shape, state, tile.node)
         fill(tile.constants, tile.node, anchor, law, variant, 1, needs, tile.node_signals)
         for lane in range(LANES):
@@ -195,14 +222,14 @@ def find_minimum(fill, rows, anchor, law, variant, needs, row, sign, count, tabl
     for lane in range(LANES):
         state[RESULT + lane] = state[LEAST + lane]
     while True:
-        working, at_end = False, False
+        working, looks = False, False
         for lane in range(LANES):
             _next_candidate(shape, is_turn, values, marks, count, table, rule, state, lane)
             working = working or state[ACTIVE + lane] != 0.0
-            at_end = at_end or state[ACTIVE + lane] == AT_END
+            looks = looks or state[ACTIVE + lane] == BESIDE
         if not working:
             return
-        if at_end:
+        if looks:
             _look_inside(fill, anchor, law, variant, needs, row, sign, tile)
         minimise(
             fill, tile.constants, shape, anchor, law, variant, needs, row, sign, state, tile.node, tile.node_signals
@@ -213,8 +240,8 @@ def find_minimum(fill, rows, anchor, law, variant, needs, row, sign, count, tabl
 
 @subroutine()
 def _take_look(state, lane, place, value):
-    """Start Brent's method of a lane at its last look, if that is below the end and not above this one, ever nearer."""
-    if state[ACTIVE + lane] != AT_END:
+    """Start Brent's method of a lane at its last look, if below the candidate and not above this one, ever nearer."""
+    if state[ACTIVE + lane] != BESIDE:
         return
     best, at_best, outer, at_outer = (
         state[SECOND + lane], state[AT_SECOND + lane], state[THIRD + lane], state[AT_THIRD + lane]
