@@ -229,6 +229,27 @@ def test_input_may_be_a_table_with_its_own_index():
     assert explore.evaluate("crank-rocker", table, metrics=["cv"]).index.tolist() == list("abcde")
 
 
+def test_input_may_be_a_row_of_a_table():
+    table = pd.DataFrame(random_designs(3))
+    row = explore.evaluate("crank-rocker", table.iloc[1], metrics=["cv"])
+    assert row["cv"].to_list() == explore.evaluate("crank-rocker", table, metrics=["cv"])["cv"].to_list()[1:2]
+
+
+def test_what_an_array_masks_is_no_number():
+    masked = np.ma.array([30.0, 31.0, 32.0], mask=[False, True, False])
+    designs = {"crank": masked, "coupler": 100.0, "rocker": 80.0, "ground": 110.0}
+    table = explore.evaluate("crank-rocker", designs, metrics=["swing_angle"])
+    assert table["status"].to_list() == [1, 8, 1]
+    assert table["crank"].isna().to_list() == [False, True, False]
+
+
+def test_words_of_a_table_stay_words():
+    designs = {"crank": [30.0, 95.0], "coupler": 100.0, "rocker": 80.0, "ground": 110.0}
+    words = explore.in_words(explore.evaluate("crank-rocker", designs, metrics=["linkage_class"]))
+    assert words["status"].to_list() == ["ok", "crank_blocked"]
+    pd.testing.assert_frame_equal(explore.in_words(words), words)
+
+
 def test_arrays_are_those_of_the_table():
     designs = {"crank": [30.0, 40.0], "coupler": 200.0, "rocker": 80.0, "ground": 201.0, "speed": "40 rpm"}
     question = {"metrics": ["cv", "swing_angle"], "constraints": {"cv": {"max": 1.0}}}

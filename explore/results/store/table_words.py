@@ -39,7 +39,7 @@ def in_words(table: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        With categorical columns, whose categories are all words that a code can have.
+        With categorical columns, whose categories are all words that a code can have. Words stay as they are.
     """
     import pandas as pd
 
@@ -50,7 +50,8 @@ def in_words(table: pd.DataFrame) -> pd.DataFrame:
     for name, meanings in labels.items():
         if name in table and table[name].dtype != bool:
             categories = list(dict.fromkeys(meanings.values()))
-            words[name] = pd.Categorical(table[name].map(meanings), categories=categories)
+            as_words = meanings | {word: word for word in categories}
+            words[name] = pd.Categorical(table[name].map(as_words), categories=categories)
     return words
 
 

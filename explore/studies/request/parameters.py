@@ -24,7 +24,7 @@ def parameter_columns(mechanism: Mechanism, designs: Mapping[str, npt.ArrayLike]
     """Convert designs to columns of one length, each of shape (n,), checked against the declaration."""
     if not hasattr(designs, "keys"):
         raise RequestError("designs must be a table or a dict of parameters by name")
-    given = {str(name): designs[name] for name in list(designs)}  # type: ignore[index]  # labels of a table may be any objects
+    given = {str(name): designs[name] for name in list(designs.keys())}
     declared, owner = [p.name for p in mechanism.parameters], mechanism.in_words
     for name in given:
         if name not in declared:
@@ -64,6 +64,8 @@ def _numbers(parameter: Parameter, column: Any) -> FloatArray:
             column = quantity(column, parameter.unit)
         elif isinstance(column, (list, tuple)):
             column = [quantity(value, parameter.unit) if isinstance(value, str) else value for value in column]
+        elif isinstance(column, np.ma.MaskedArray):
+            column = np.ma.filled(column.astype(np.float64), np.nan)
     except RequestError as error:
         raise RequestError(f"{parameter.name}: {error}") from None
     return np.asarray(column, dtype=np.float64)
