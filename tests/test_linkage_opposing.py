@@ -57,6 +57,16 @@ def test_the_ram_of_a_press_turns_back_four_times():
     assert row["net_work"].iloc[0] == pytest.approx(2.0 * way, rel=1e-11)
 
 
+def test_a_force_on_one_stroke_alone_takes_positive_work():
+    """Half of it is a force, half opposes: on the other stroke they cancel, and the power is rounding."""
+    linkage, values = with_loads(SHAPER, {"forces": {"S": [-150, 0]}, "opposing": {"ram": 150}}), values_of(SHAPER)
+    metrics = ["net_work", "positive_work", "stroke"]
+    row = explore.evaluate(linkage, values, metrics=metrics, window="cycle", tolerance=1e-11).iloc[0]
+    assert row["status"] == Status.OK
+    work = 0.3 * row["stroke"]
+    assert row[["net_work", "positive_work"]].tolist() == pytest.approx([work, work], rel=1e-11)
+
+
 def test_a_stroke_has_the_force_of_its_own_side():
     """No extreme over a stroke is that beyond its end, however the search for zeros rounds; near limits, too."""
     linkage = with_loads(SHAPER, {"opposing": {"ram": 300}})

@@ -168,6 +168,24 @@ def collect_zeros(fill, needs, row, level, panels, k, last, count, most, tile):
 
 
 @subroutine()
+def _is_rounding(fill, needs, rows, row, level, noise, panels, k, count, tile):
+    """Whether a row less a level is on panel k rounding of the largest sample of all panels: its terms cancel there.
+
+    The samples of panel k are in the tile again afterwards.
+    """
+    largest = 0.0
+    for other in range(count):
+        last = sample_row(fill, needs, rows, row, -1, noise, panels, other, tile)
+        for j in range(last + 1):
+            largest = max(largest, abs(tile.weights[j]))
+    last, is_rounding = sample_row(fill, needs, rows, row, -1, noise, panels, k, tile), True
+    for j in range(last + 1):
+        is_small = abs(tile.weights[j] - level) <= ROUNDING * (1.0 + noise * (1.0 + noise)) * largest
+        is_rounding = is_rounding and is_small
+    return is_rounding
+
+
+@subroutine()
 def half_angle(panels, k, position):
     """Half the angle from the anchor at a position of panel k, rad."""
     growth = math.exp(panels[CENTRE + k] + panels[HALF + k] * position)
@@ -244,7 +262,13 @@ def _cut(fill, disturbed_fill, sizes, needs, corner_rows, corner_levels, tells_s
             most = min(found + MOST_ZEROS, _MOST_PLACES, max(_MOST_PANELS - number, found))
             found = collect_zeros(fill, needs, row, corner_levels[i], panels, k, last, found, most, tile)
             if found > most:
-                found, is_missed = most, True
+                level, noise = corner_levels[i], work.noise[design]
+                found, is_missed = (
+                    most,
+                    is_missed
+                    or terms_row >= 0
+                    or not _is_rounding(fill, needs, sizes.rows, row, level, noise, panels, k, number, tile),
+                )
         if tells_senses:
             for i in range(found + 1):
                 tile.weights[i] = 0.0
