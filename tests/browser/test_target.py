@@ -31,6 +31,16 @@ ground_angle = [170.8, 165]
 length = "in"
 """
 
+#: Keeps the texts that are drawn in the first curve.
+COLLECT_TEXTS = """() => {
+    const { prototype } = CanvasRenderingContext2D, draw = prototype.fillText;
+    window.texts = [];
+    prototype.fillText = function (text, ...place) {
+        if (this.canvas.closest("figure.curve") === document.querySelector("figure.curve")) window.texts.push(text);
+        return draw.call(this, text, ...place);
+    };
+}"""
+
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
@@ -57,3 +67,30 @@ def test_the_distance_to_the_target_agrees_with_the_figure(browser, results, sch
             expected = float(np.interp(degrees, curve.get_xdata(), curve.get_ydata()))
             assert shown == pytest.approx(expected / 25.4, rel=1e-3)  # four digits are shown
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_distances_to_points_that_are_met_exactly_have_the_axis_of_the_turn(browser, tmp_path):
+    """The points are of the path itself, so that the distance at them is rounding, 1e-14 mm."""
+    design = {"crank": 100, "coupler": 250, "rocker": 250, "ground": 200}
+    motion = explore.simulate("crank-rocker", design, points={"M": (200, 80)}, angles=[10, 50, 90, 130])
+    places = motion[["M_x", "M_y"]].to_numpy().tolist()
+    parameters = "".join(f"{name} = {value}\n" for name, value in design.items())
+    text = f"""mechanism = "crank-rocker"
+[points]
+M = {{ along = 200, across = 80 }}
+[target]
+kind = "path"
+points = {places}
+[parameters]
+{parameters}[evaluate]
+metrics = ["path_error_max"]
+"""
+    results = sweep_text(tmp_path, text, "met")
+    assert results.to_pandas()["path_error_max"].max() < 1e-9
+    report_of(results.path)
+    with silent_page(browser, results.path.with_suffix(".html")) as page:
+        page.evaluate(COLLECT_TEXTS)
+        page.set_viewport_size({"width": 900, "height": 900})  # draws the curves again
+        page.wait_for_function("window.texts.length > 5")
+        ticks = [text for text in page.evaluate("window.texts") if "°" not in text]
+        assert max(map(float, ticks)) > 10.0

@@ -263,12 +263,10 @@ def _cut(fill, disturbed_fill, sizes, needs, corner_rows, corner_levels, tells_s
             found = collect_zeros(fill, needs, row, corner_levels[i], panels, k, last, found, most, tile)
             if found > most:
                 level, noise = corner_levels[i], work.noise[design]
-                found, is_missed = (
-                    most,
-                    is_missed
-                    or terms_row >= 0
-                    or not _is_rounding(fill, needs, sizes.rows, row, level, noise, panels, k, number, tile),
+                is_rounding = terms_row < 0 and _is_rounding(
+                    fill, needs, sizes.rows, row, level, noise, panels, k, number, tile
                 )
+                found, is_missed = most, is_missed or not is_rounding
         if tells_senses:
             for i in range(found + 1):
                 tile.weights[i] = 0.0

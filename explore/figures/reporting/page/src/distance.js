@@ -9,6 +9,8 @@ const MOST_SOUGHT = 200;
 const HALVINGS = 40;
 /** Largest distance that the chart shows, over the largest at a given point, for targets that do not close. */
 const BEYOND = 3;
+/** Largest distance at the given points, over the largest of all, with which the points count as met exactly. */
+const MET = 1e-6;
 
 /**
  * The panel of the distance of the path from the target; null without a target.
@@ -25,6 +27,8 @@ export function targetPanel({ motion, turn, drawing }) {
   const marks = nearestPlaces(target, drawing.turn[target.point], placeAt).map(([angle, far]) => [angle, factor * far]);
   const farthest = marks.reduce((most, [, far]) => Math.max(most, far), 0);
   const { angles } = turn;
+  const values = Float64Array.from(angles, at);
+  const isMet = farthest <= MET * values.reduce((most, far) => Math.max(most, far), 0);
   const trace = { name: "", hue: "purple", label: "", dash: [], marker: "", isPart: false, motion, angles, at };
   return {
     title: "distance to target",
@@ -33,9 +37,9 @@ export function targetPanel({ motion, turn, drawing }) {
     fullTurn: 0,
     fromZero: true,
     motion: { ...motion, stroke: null, marks: {} },
-    most: target.closed || !farthest ? Infinity : BEYOND * farthest,
+    most: target.closed || isMet ? Infinity : BEYOND * farthest,
     marks,
-    traces: [{ ...trace, values: Float64Array.from(angles, at) }],
+    traces: [{ ...trace, values }],
   };
 }
 
