@@ -194,3 +194,35 @@ def test_an_animation_goes_to_and_fro(results):
     assert len(places) == 181
     assert places == places[::-1]
     assert places[0] != places[90]
+
+
+def test_a_length_is_solved_for_where_a_blocked_crank_moves_over_the_interval(tmp_path):
+    """The end of an interval of assembly, a metric without statistics, is prescribed to a study over an interval."""
+    window = {"from": 20, "to": 40}
+    names = ["assembles_to_1", "rocker_velocity_peak"]
+    study = STUDY.replace("range = [-50, 50]\n", "")
+    linkage = explore.Linkage(FOUR_BAR)
+    row = explore.evaluate(linkage, LENGTHS | {"r1": 60.0, "speed": 2.0 * np.pi}, metrics=names, window=window)
+    assert row.attrs["labels"]["status"][row["status"][0]] == "ok"
+    solved = f'{{ solve = "assembles_to_1", value = {float(row["assembles_to_1"][0])!r}, min = 55, max = 70 }}'
+    study = study.replace("[60, 72]", solved).replace("r2 = 80", "r2 = [80, 81]")
+    study = study.replace(
+        'metrics = ["rocker_velocity_peak", "swing_angle"]', f"metrics = {names}\nwindow = {{ from = 20, to = 40 }}"
+    )
+    path = tmp_path / "study.toml"
+    path.write_text(study.replace("'", '"'))
+    table = explore.sweep(explore.load_study(path), tmp_path / "study.h5").designs([0, 1])
+    assert table["r1"][0] == pytest.approx(60.0, rel=1e-12)
+    assert table["assembles_to_1"][0] == pytest.approx(row["assembles_to_1"][0], rel=1e-12)
+
+
+@pytest.mark.parametrize("names", [["assembles_to_1"], ["assembles_to_1", "rocker_velocity_peak"]])
+def test_metrics_without_statistics_are_asked_about_over_the_interval(names):
+    """A blocked crank moves over an interval that it reaches, with a statistic beside its ends of assembly or not."""
+    linkage, design = explore.Linkage(FOUR_BAR), LENGTHS | {"r1": 60.0, "speed": 1.0}
+    for window, label in (({"from": 20, "to": 40}, "ok"), ({"from": 20, "to": 200}, "crank_blocked_at_B")):
+        row = explore.evaluate(linkage, design, metrics=names, window=window)
+        assert row.attrs["labels"]["status"][row["status"][0]] == label
+    asked = {"parameter": "r1", "metric": names[0], "window": {"from": 20, "to": 40}, "also": names[1:]}
+    tuning = explore.tune(linkage, design, **asked, low=row[names[0]][0] - 1.0, high=row[names[0]][0] + 1.0)
+    assert any(part.start.parameter < 60.0 < part.stop.parameter for part in tuning.intervals)

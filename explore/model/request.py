@@ -109,9 +109,9 @@ class Request:
 
     @cached_property
     def interval(self) -> Window | None:
-        """The explicit interval that all statistics are over; None where there are others, or none."""
+        """The explicit interval that is asked about; None where a statistic is over another window."""
         windows = {metric.window for metric in self.sampled}
-        return self.window if windows == {self.window} and self.window.name == "interval" else None
+        return self.window if windows <= {self.window} and self.window.name == "interval" else None
 
     @cached_property
     def needs_stroke(self) -> bool:
