@@ -226,3 +226,13 @@ def test_metrics_without_statistics_are_asked_about_over_the_interval(names):
     asked = {"parameter": "r1", "metric": names[0], "window": {"from": 20, "to": 40}, "also": names[1:]}
     tuning = explore.tune(linkage, design, **asked, low=row[names[0]][0] - 1.0, high=row[names[0]][0] + 1.0)
     assert any(part.start.parameter < 60.0 < part.stop.parameter for part in tuning.intervals)
+
+
+@pytest.mark.parametrize("names", [["assembles_to_1"], ["assembles_to_1", "rocker_velocity_peak"]])
+def test_ends_of_assembly_are_certified_beside_an_interval(names, tmp_path):
+    pytest.importorskip("flint")
+    parameters = LENGTHS | {"r1": [40.0, 60.0], "speed": 1.0}
+    window = {"from": 20, "to": 40}
+    study = explore.Study(mechanism=explore.Linkage(FOUR_BAR), parameters=parameters, metrics=names, window=window)
+    certified = explore.certify(explore.sweep(study, tmp_path / "study.h5"), [0, 1])
+    assert certified["verdict"].to_list() == ["proved", "proved"]

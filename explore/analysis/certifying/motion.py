@@ -76,10 +76,14 @@ class Motion:
     def reaches(self) -> list[tuple[arb, arb]]:
         """Start and end of each interval of a turn at which all joints assemble, rad; `UnprovedError` if not known."""
         joints = {factor.joint for factor in self.graph.equations.factors}
-        if self.status in (CANNOT_ASSEMBLE, *map(blocked_at, range(len(joints)))):
-            return self._turning.reaches
-        own = self._mechanism.statuses.get(self.status)
-        if self.status == Status.OK or (own and own.lacks_strokes):
+        turning, status = self._turning, self.status
+        if self.exact is None and self._request.interval:  # whether it moves there does not tell that of the turn
+            turning = Turning(self.graph, None)
+            status = turning.status
+        if status in (CANNOT_ASSEMBLE, *map(blocked_at, range(len(joints)))):
+            return turning.reaches
+        own = self._mechanism.statuses.get(status)
+        if status == Status.OK or (own and own.lacks_strokes):
             return [(arb(0), 2 * arb.pi())]
         raise UnprovedError("where designs beside a change point assemble cannot be certified")
 
