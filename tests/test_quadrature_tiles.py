@@ -237,9 +237,9 @@ def test_an_end_where_a_cubic_falls_before_it_rises_is_a_candidate():
 def test_a_sample_whose_neighbours_are_equal_may_be_beside_the_least_value():
     """Of x^2 + (x^3 - x) / 2, which falls to -0.056 beside x = 0; the least sample of all, elsewhere, is -0.05."""
     values, marks = np.repeat([1.0, 0.0, 1.0], LANES), np.zeros(LANES)
-    _mark_inside(values, 5, -1.0, 0.0, 1.0, np.full(LANES, -0.05), np.full(LANES, 7.0), marks, LANES)
+    _mark_inside(values, values, values, 5, -1.0, 0.0, 1.0, np.full(LANES, -0.05), np.full(LANES, 7.0), marks, LANES)
     assert (marks == 5.0).all()
-    _mark_inside(values, 5, -1.0, 0.0, 1.0, np.full(LANES, -16.5), np.full(LANES, 7.0), marks, LANES)
+    _mark_inside(values, values, values, 5, -1.0, 0.0, 1.0, np.full(LANES, -16.5), np.full(LANES, 7.0), marks, LANES)
     assert (marks == 7.0).all()
 
 

@@ -20,7 +20,16 @@ from explore.evaluation.quadrature.brent import (
     start_lane,
 )
 from explore.evaluation.quadrature.equispaced import abscissa
-from explore.evaluation.quadrature.hidden_extremes import BEFORE, BEHIND, BOTH, mark_hidden
+from explore.evaluation.quadrature.hidden_extremes import (
+    BEFORE,
+    BEHIND,
+    BOTH,
+    is_near_end,
+    is_open,
+    mark_hidden,
+    mark_hidden_near_end,
+    second_neighbours,
+)
 from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCALE, sample_abscissa
 
 #: Factor on the largest drop of a parabola below a local minimum, which may win if this reaches the least sample.
@@ -71,8 +80,10 @@ def _neighbours(is_turn, count, table, rule, j):
 
 
 @subroutine(no_alias=True)
-def _mark_inside(values, j, a, x, b, least, following, marks, width):
+def _mark_inside(values, far_before, far_behind, j, a, x, b, least, following, marks, width):
     """Fill the number of the next sample that may win from sample j on, by its neighbours.
+
+    Return whether in some lane a minimum may be hidden beside the sample, by the ones next to its neighbours too.
 
     Only a local minimum may, by `_DROP_MARGIN` times what a parabola of the curvature there drops below it at most, in
     the middle of the wider distance; the slope does not tell, for at a sample beside the minimum it may seem to be 0.
@@ -80,6 +91,7 @@ def _mark_inside(values, j, a, x, b, least, following, marks, width):
     """
     to_left, to_right, both = 1.0 / (x - a), 1.0 / (b - x), 1.0 / (b - a)
     share = 0.25 * _DROP_MARGIN * max(x - a, b - x) ** 2
+    count = 0
     for lane in range(width):
         left, value, right = values[lane], values[LANES + lane], values[2 * LANES + lane]
         before, after = (value - left) * to_left, (right - value) * to_right
@@ -88,6 +100,9 @@ def _mark_inside(values, j, a, x, b, least, following, marks, width):
         rise = (left if left > right else right) - value  # 0 on a plateau
         is_lowest = (value <= left) & (value <= right) & (rise > _CONSTANT * abs(value))
         marks[lane] = 1.0 * j if is_lowest & reaches else following[lane]
+        open_here = is_open(value, left, right, far_before[lane], far_behind[lane], least[lane])
+        count += 1 if open_here | (is_lowest & reaches) else 0
+    return count > 0
 
 
 @subroutine()
@@ -105,8 +120,15 @@ def _mark_candidates(is_turn, values, least, count, table, rule, marks):
         )  # fmt: skip
     for j in range(count, 0, -1):
         a, x, b = _neighbours(is_turn, count, table, rule, j)
-        _mark_inside(values[(j - 1) * LANES :], j, a, x, b, least, marks[(j + 1) * LANES :], marks[j * LANES :], width)
-        mark_hidden(is_turn, values, least, count, j, marks[j * LANES :])
+        far_before, far_behind = second_neighbours(is_turn, count, j)
+        may_hide = _mark_inside(
+            values[(j - 1) * LANES :], values[far_before * LANES :], values[far_behind * LANES :], j, a, x, b, least,
+            marks[(j + 1) * LANES :], marks[j * LANES :], width,
+        )  # fmt: skip
+        if is_near_end(is_turn, count, j):
+            mark_hidden_near_end(values, least, count, j, marks[j * LANES :])
+        elif may_hide:
+            mark_hidden(values, least, count, j, marks[j * LANES :])
     for lane in range(LANES):
         marks[lane] = marks[LANES + lane]
     if not is_turn:

@@ -48,7 +48,7 @@ _SAMPLES_NEAR_END = ((0, 2, 3, 4, 5, 6), (1, 3, 0, 4, 5, 6), (2, 4, 1, 5, 0, 6))
 
 
 @subroutine(inlined=True)
-def _is_open(at, left, right, third, fourth, least):
+def is_open(at, left, right, third, fourth, least):
     """Whether five equidistant samples leave it open that a minimum is hidden beside a node of a slope, near the least.
 
     The slope by them is (8 near - far)/12, and that by three samples near/2; they may err by twice the difference.
@@ -60,21 +60,11 @@ def _is_open(at, left, right, third, fourth, least):
 
 
 @subroutine(no_alias=True)
-def _may_hide(at, left, right, third, fourth, least, number, marks):
-    """Whether a minimum may be hidden beside a node in some lane: the node is one of a slope, or a least sample."""
-    count = 0
-    for lane in range(len(least)):
-        is_open = _is_open(at[lane], left[lane], right[lane], third[lane], fourth[lane], least[lane])
-        count += 1 if is_open | (marks[lane] == number) else 0
-    return count > 0
-
-
-@subroutine(no_alias=True)
 def _mark(weights, at, left, right, third, fourth, fifth, sixth, least, inside, number, on_left, on_right, marks):
     """Fill the raised number of a node in the lanes where a minimum is hidden beside it that may be the least value.
 
     It is raised by `on_left` where that is on the side of the neighbour `left`. At a node `inside` lanes that are not
-    open are left alone, whatever other lanes hold.
+    open (`is_open`) are left alone, whatever other lanes hold.
     """
     for lane in range(len(least)):
         here = at[lane]
@@ -87,16 +77,46 @@ def _mark(weights, at, left, right, third, fourth, fifth, sixth, least, inside, 
         # the slope towards the hidden minimum, at most
         fall = _DOUBT * abs(slope - slope_by_four) + (slope if a > 0.0 else -slope)
         drop = _DEPTH * (fall - (0.5 * bend if bend < 0.0 else 0.0))
-        is_open = _is_open(here, left[lane], right[lane], third[lane], fourth[lane], least[lane])
-        hides = (a * b < 0.0) & (is_open | (not inside)) & (here - least[lane] <= drop)
+        open_here = is_open(here, left[lane], right[lane], third[lane], fourth[lane], least[lane])
+        hides = (a * b < 0.0) & (open_here | (not inside)) & (here - least[lane] <= drop)
         hides &= fall > _ROUNDING * abs(here)
         is_double = (marks[lane] == number) & (bend < _DOUBT * abs(bend - bend_by_four))
         mark = number + BOTH if is_double else marks[lane]
         marks[lane] = number + (on_left if a > 0.0 else on_right) if hides else mark
 
 
+@subroutine(inlined=True)
+def is_near_end(is_turn, count, j):
+    """Whether a node is one of the first three from an end of the panel."""
+    return not is_turn and min(j, count + 1 - j) <= len(_NEAR_END)
+
+
+@subroutine(inlined=True)
+def second_neighbours(is_turn, count, j):
+    """Numbers of the samples two nodes before and behind a node; itself where it is near an end."""
+    if is_near_end(is_turn, count, j):
+        return j, j
+    # without remainders, which take as long as all else
+    return j - 2 if j > 2 else j - 2 + count, j + 2 if j + 2 <= count else j + 2 - count
+
+
 @subroutine()
-def _mark_near_end(values, least, count, j, marks):
+def mark_hidden(values, least, count, j, marks):
+    """Fill the number of node j, raised by `BEFORE`, `BOTH` or `BEHIND`, where minima may be hidden beside it.
+
+    The node is none near an end. The samples are those of `explore.evaluation.quadrature.extremes`; `least` are the
+    least ones. In `marks` is the number where the node is a minimum of the samples.
+    """
+    c, d = second_neighbours(True, count, j)
+    e, f = j - 3 if j > 3 else j - 3 + count, j + 3 if j + 3 <= count else j + 3 - count
+    _mark(
+        _INSIDE, values[j * LANES :], values[(j - 1) * LANES :], values[(j + 1) * LANES :], values[c * LANES :],
+        values[d * LANES :], values[e * LANES :], values[f * LANES :], least, True, 1.0 * j, BEFORE, BEHIND, marks,
+    )  # fmt: skip
+
+
+@subroutine()
+def mark_hidden_near_end(values, least, count, j, marks):
     """`mark_hidden` at one of the first three nodes from an end."""
     from_end, is_last, last = min(j, count + 1 - j), 2 * j > count + 1, count + 1
     a, b, c, d, e, f = _SAMPLES_NEAR_END[from_end - 1]
@@ -109,25 +129,3 @@ def _mark_near_end(values, least, count, j, marks):
         values[d * LANES :], values[e * LANES :], values[f * LANES :], least, False, 1.0 * j,
         BEHIND if is_last else BEFORE, BEFORE if is_last else BEHIND, marks,
     )  # fmt: skip
-
-
-@subroutine()
-def mark_hidden(is_turn, values, least, count, j, marks):
-    """Fill the number of node j, raised by `BEFORE`, `BOTH` or `BEHIND`, where minima may be hidden beside it.
-
-    The samples are those of `explore.evaluation.quadrature.extremes`; `least` are the least ones. In `marks` is the
-    number where the node is a minimum of the samples.
-    """
-    if not is_turn and min(j, count + 1 - j) <= len(_NEAR_END):
-        _mark_near_end(values, least, count, j, marks)
-        return
-    # Without remainders, which take as long as all else.
-    c, e = j - 2 if j > 2 else j - 2 + count, j - 3 if j > 3 else j - 3 + count
-    d, f = j + 2 if j + 2 <= count else j + 2 - count, j + 3 if j + 3 <= count else j + 3 - count
-    at, left, right = values[j * LANES :], values[(j - 1) * LANES :], values[(j + 1) * LANES :]
-    third, fourth = values[c * LANES :], values[d * LANES :]
-    if _may_hide(at, left, right, third, fourth, least, 1.0 * j, marks):
-        _mark(
-            _INSIDE, at, left, right, third, fourth, values[e * LANES :], values[f * LANES :], least, True, 1.0 * j,
-            BEFORE, BEHIND, marks,
-        )  # fmt: skip

@@ -83,12 +83,10 @@ def sums(constants, anchor, lane):
 
 
 @subroutine(inlined=True)
-def _rest_acceleration(u, r, a, b, p, q, rate):
+def _rest_acceleration(u, r, a, b, p, q, first, second, one_over_root, one_over_total, rate):
     """Acceleration behind the anchor, where the slider of a short rod almost rests."""
     square = u * u
-    w, first, second = 1.0 + square, b + p * square, q + a * square
-    root = math.sqrt(first * second)
-    one_over_root, one_over_total = 1.0 / root, 1.0 / (2.0 * r * u + root)
+    w = 1.0 + square
     ap, bq, g = a * p, b * q, a * b + p * q
     bend = bq * g + square * (6.0 * ap * bq + square * ap * (3.0 * g + 2.0 * ap * square))
     bend *= one_over_root * one_over_root * one_over_root
@@ -111,7 +109,8 @@ def _fill_slider(constants, tangents, anchor, needs, out):
         root = math.sqrt(first * second)
         one_over_root, one_over_w = 1.0 / root, 1.0 / (1.0 + square)
         total = 2.0 * r * abs(u) + root
-        x = total * one_over_w if u <= 0.0 else (b * q + a * p * square) / total
+        one_over_total = 1.0 / total
+        x = total * one_over_w if u <= 0.0 else (b * q + a * p * square) * one_over_total
         rate = -r * (x * (1.0 - square) + 2.0 * e * u) * one_over_root
         out[POSITION * LANES + lane] = x
         out[VELOCITY * LANES + lane] = mirror * rate
@@ -124,11 +123,13 @@ def _fill_slider(constants, tangents, anchor, needs, out):
             # a rod below four cranks
             is_short = a + p < 8.0 * r
             # about the nearer one of the anchor and its opposite, where the terms do not grow with u
-            is_near, u_near = square <= 1.0, abs(u) if square <= 1.0 else 1.0 / abs(u)
-            a_near, b_near = a if is_near else b, b if is_near else a
-            p_near, q_near = p if is_near else q, q if is_near else p
-            rate_near = rate if is_near else -rate
-            resting = _rest_acceleration(u_near, r, a_near, b_near, p_near, q_near, rate_near)
+            is_near, inverse = square <= 1.0, 1.0 / abs(u)
+            scale, growth = 1.0 if is_near else inverse * inverse, 1.0 if is_near else square
+            resting = _rest_acceleration(
+                abs(u) if is_near else inverse, r, a if is_near else b, b if is_near else a, p if is_near else q,
+                q if is_near else p, scale * (first if is_near else second), scale * (second if is_near else first),
+                growth * one_over_root, growth * one_over_total, rate if is_near else -rate,
+            )  # fmt: skip
             out[ACCELERATION * LANES + lane] = resting if (u > 0.0) & is_short else moving
 
 
