@@ -39,6 +39,7 @@ def changes_with_the_anchor(subject: Subject) -> Iterator[str]:
     sizes = np.fmax.reduce(np.minimum(np.abs(about_one), np.abs(about_other)), axis=(0, 1))
     for row, signal in enumerate(signals):
         wrong = differences[:, :, row] > _TOLERANCE * sizes[row]
+        wrong |= np.isnan(about_one[:, :, row]) != np.isnan(about_other[:, :, row])
         if wrong.any():
             anchor, place, design = np.argwhere(wrong)[0]
             yield (

@@ -28,7 +28,7 @@ from explore.evaluation.quadrature.hidden_extremes import (
     is_open,
     mark_hidden,
     mark_hidden_near_end,
-    second_neighbours,
+    neighbours,
 )
 from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCALE, sample_abscissa
 
@@ -120,7 +120,7 @@ def _mark_candidates(is_turn, values, least, count, table, rule, marks):
         )  # fmt: skip
     for j in range(count, 0, -1):
         a, x, b = _neighbours(is_turn, count, table, rule, j)
-        far_before, far_behind = second_neighbours(is_turn, count, j)
+        far_before, far_behind = (j, j) if is_near_end(is_turn, count, j) else neighbours(count, j, 2)
         may_hide = _mark_inside(
             values[(j - 1) * LANES :], values[far_before * LANES :], values[far_behind * LANES :], j, a, x, b, least,
             marks[(j + 1) * LANES :], marks[j * LANES :], width,
@@ -187,7 +187,7 @@ def _next_candidate(shape, is_turn, values, marks, count, table, rule, state, la
     next_one = 1.0 * min(j + 1, count + 2)
     if mark - j == BEFORE or mark - j == BEHIND:
         _start_beside_node(shape, is_turn, values, count, table, rule, state, lane, j, mark - j == BEFORE)
-        next_one = j + BEHIND if following == mark == j + BEFORE else next_one
+        next_one = j + BEHIND if following == j + BEFORE else next_one  # NEXT is between samples after BOTH alone
     elif 0 < j <= count:
         _start_inside(shape, is_turn, values, count, table, rule, state, lane, j)
         next_one = j + BEFORE if mark - j == BOTH else next_one

@@ -2,7 +2,8 @@
 
 One stands beside a node through which the samples fall, or rise, while the signal has the other slope there; or two on
 both sides of the least sample, where the signal is not convex. Seven samples tell slope and curvature by the number of
-the node, of which its angle is a smooth function: slopes have the same sign.
+the node, of which its angle is a smooth function: slopes have the same sign. Two minima between the same two nodes are
+not told apart: the search may end at either.
 """
 
 import numpy as np
@@ -92,23 +93,21 @@ def is_near_end(is_turn, count, j):
 
 
 @subroutine(inlined=True)
-def second_neighbours(is_turn, count, j):
-    """Numbers of the samples two nodes before and behind a node; itself where it is near an end."""
-    if is_near_end(is_turn, count, j):
-        return j, j
+def neighbours(count, j, distance):
+    """Numbers of the samples so many nodes before and behind a node, which of a turn may be those at its other side."""
     # without remainders, which take as long as all else
-    return j - 2 if j > 2 else j - 2 + count, j + 2 if j + 2 <= count else j + 2 - count
+    before, behind = j - distance, j + distance
+    return before if before > 0 else before + count, behind if behind <= count else behind - count
 
 
 @subroutine()
 def mark_hidden(values, least, count, j, marks):
     """Fill the number of node j, raised by `BEFORE`, `BOTH` or `BEHIND`, where minima may be hidden beside it.
 
-    The node is none near an end. The samples are those of `explore.evaluation.quadrature.extremes`; `least` are the
-    least ones. In `marks` is the number where the node is a minimum of the samples.
+    The node is none near an end of a panel. The samples are those of `explore.evaluation.quadrature.extremes`; `least`
+    are the least ones. In `marks` is the number where the node is a minimum of the samples.
     """
-    c, d = second_neighbours(True, count, j)
-    e, f = j - 3 if j > 3 else j - 3 + count, j + 3 if j + 3 <= count else j + 3 - count
+    (c, d), (e, f) = neighbours(count, j, 2), neighbours(count, j, 3)
     _mark(
         _INSIDE, values[j * LANES :], values[(j - 1) * LANES :], values[(j + 1) * LANES :], values[c * LANES :],
         values[d * LANES :], values[e * LANES :], values[f * LANES :], least, True, 1.0 * j, BEFORE, BEHIND, marks,
@@ -120,7 +119,7 @@ def mark_hidden_near_end(values, least, count, j, marks):
     """`mark_hidden` at one of the first three nodes from an end."""
     from_end, is_last, last = min(j, count + 1 - j), 2 * j > count + 1, count + 1
     a, b, c, d, e, f = _SAMPLES_NEAR_END[from_end - 1]
-    if f > last:
+    if f >= last:
         return
     if is_last:
         a, b, c, d, e, f = last - a, last - b, last - c, last - d, last - e, last - f

@@ -182,7 +182,7 @@ def _is_rounding(fill, needs, rows, row, level, noise, panels, k, count, tile):
     for j in range(last + 1):
         is_small = abs(tile.weights[j] - level) <= ROUNDING * (1.0 + noise * (1.0 + noise)) * largest
         is_rounding = is_rounding and is_small
-    return is_rounding
+    return is_rounding and largest < math.inf
 
 
 @subroutine()
