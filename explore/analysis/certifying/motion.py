@@ -72,7 +72,7 @@ class Motion:
         computes = own is not None and own.lacks_strokes and not self._request.needs_stroke
         return int(Status.OK) if computes else self.exact.status
 
-    @property
+    @cached_property
     def reaches(self) -> list[tuple[arb, arb]]:
         """Start and end of each interval of a turn at which all joints assemble, rad; `UnprovedError` if not known."""
         joints = {factor.joint for factor in self.graph.equations.factors}

@@ -113,6 +113,12 @@ def insert(panels, k, position, zeros, count, most):
     return count + 1
 
 
+@subroutine(inlined=True)
+def _relative_rounding(noise):
+    """Bound of the rounding error of a sample, over the size of its terms."""
+    return ROUNDING * (1.0 + noise * (1.0 + noise))
+
+
 @subroutine()
 def sample_row(fill, needs, rows, row, terms_row, noise, panels, k, tile):
     """Fill samples of a row on panel k and bounds of their rounding errors; return the number of the last sample.
@@ -132,7 +138,7 @@ def sample_row(fill, needs, rows, row, terms_row, noise, panels, k, tile):
         largest = max(largest, abs(values[j]))
     for j in range(last + 1):
         terms = tile.signals[(j // LANES * rows + terms_row) * LANES + j % LANES] if terms_row >= 0 else largest
-        roundings[j] = ROUNDING * (1.0 + noise * (1.0 + noise)) * terms
+        roundings[j] = _relative_rounding(noise) * terms
     return last
 
 
@@ -180,8 +186,7 @@ def _is_rounding(fill, needs, rows, row, level, noise, panels, k, count, tile):
             largest = max(largest, abs(tile.weights[j]))
     last, is_rounding = sample_row(fill, needs, rows, row, -1, noise, panels, k, tile), True
     for j in range(last + 1):
-        is_small = abs(tile.weights[j] - level) <= ROUNDING * (1.0 + noise * (1.0 + noise)) * largest
-        is_rounding = is_rounding and is_small
+        is_rounding = is_rounding and abs(tile.weights[j] - level) <= _relative_rounding(noise) * largest
     return is_rounding and largest < math.inf
 
 
