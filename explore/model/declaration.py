@@ -14,7 +14,8 @@ from explore.model.points import FloatingLink
 from explore.model.quadrature import Adaptive, Graded, Located, Quadrature
 from explore.model.quantities import FLUCTUATION, OUTPUT_STATISTICS, Formula, GivenMetric, Metric, Parameter, Signal
 from explore.model.status import OwnStatus, Status
-from explore.model.targets import Target, TargetKind
+from explore.model.target_kinds import TargetKind
+from explore.model.targets import Target
 from explore.model.window import Window
 
 #: Names of the anchor and of its opposite, half a turn on, in `Signal.extremes_at`.

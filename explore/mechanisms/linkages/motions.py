@@ -17,7 +17,7 @@ from explore.mechanisms.targets.path_errors.metrics import declare_paths
 from explore.mechanisms.targets.pose_errors.metrics import declare_poses
 from explore.model.quantities import FloatArray
 from explore.model.status import Status
-from explore.model.targets import BODY_POSE, POSE, TargetKind
+from explore.model.target_kinds import BODY_POSE, POSE, TargetKind
 
 if TYPE_CHECKING:
     from explore.mechanisms.linkages.graph import Series

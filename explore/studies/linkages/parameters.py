@@ -10,7 +10,7 @@ from explore.base.units.quantities import quantity
 from explore.mechanisms.linkages.coordinate import Coordinate
 from explore.mechanisms.linkages.loads import SPEED
 from explore.mechanisms.linkages.table import LinkageTable, TableParameter
-from explore.model.targets import BODY_POSE, STARTS
+from explore.model.target_kinds import BODY_POSE, STARTS
 from explore.studies.linkages.coordinates import uses_of
 from explore.studies.linkages.names import reason_against
 from explore.studies.linkages.structure import SECTION, Structure

@@ -12,7 +12,8 @@ from explore.base.errors import Problems, RequestError
 from explore.base.suggest import format_value
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
-from explore.model.targets import STARTS, FunctionTarget
+from explore.model.target_kinds import STARTS
+from explore.model.targets import FunctionTarget
 from explore.studies.request.target_entries import read_rows
 from explore.studies.request.target_files import FileColumn
 from explore.synthesis.candidates import SOLUTION, Candidates

@@ -8,7 +8,8 @@ import numpy as np
 from explore.mechanisms.targets.function_errors.measuring import LARGEST, N_MEASURES, RMS, measure_outputs
 from explore.mechanisms.targets.measures import Measures, Motion, TargetMeasure, keep_last, shapes_and_rest
 from explore.model.quantities import FloatArray, Formula
-from explore.model.targets import STARTS, FunctionTarget, TargetKind
+from explore.model.target_kinds import STARTS, TargetKind
+from explore.model.targets import FunctionTarget
 
 _DEGREES = 180.0 / np.pi
 _ABOUT = {

@@ -18,7 +18,8 @@ from explore.mechanisms.targets.path_errors.shapes import CHAMFER, HAUSDORFF, N_
 from explore.mechanisms.targets.path_errors.timing import measure_timed
 from explore.model.drawing import PLACE
 from explore.model.quantities import FloatArray, Formula, Parameter
-from explore.model.targets import POSE, PathTarget, TargetKind
+from explore.model.target_kinds import POSE, TargetKind
+from explore.model.targets import PathTarget
 
 _ABOUT = {
     "path_error_rms": ("mm", "rms distance of the target's points to the path of {}, in their order", RMS, 1.0),

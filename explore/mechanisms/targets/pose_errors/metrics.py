@@ -16,7 +16,8 @@ from explore.mechanisms.targets.measures import (
 from explore.mechanisms.targets.pose_errors.measuring import N_MEASURES, PLACE, RMS, SPAN, TURNED, measure_poses
 from explore.model.drawing import PLACE as POSE_NAMES
 from explore.model.quantities import FloatArray, Formula, Parameter
-from explore.model.targets import BODY_POSE, PosesTarget, TargetKind
+from explore.model.target_kinds import BODY_POSE, TargetKind
+from explore.model.targets import PosesTarget
 
 _DEGREES = 180.0 / np.pi
 _ABOUT = {
