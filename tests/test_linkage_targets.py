@@ -3,6 +3,7 @@
 import json
 import pickle
 import re
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -71,6 +72,22 @@ def test_functions_of_a_four_bar_are_those_of_the_mechanism():
     assert np.nanmax(np.abs(table - built_in)) < 1e-12, "roundings of angles up to 180 deg"
 
 
+def test_functions_of_a_group_are_undefined_where_the_crank_does_not_turn():
+    """A group of four links is followed where it turns fully; what other designs had was that of no assembly."""
+    linkage = explore.load_linkage(Path(explore.__file__).parent / "data" / "linkages" / "stephenson-2.toml")
+    designs = {"r4": 150.0, "r1": np.linspace(10, 40, 61), "l1": 71.0, "l2": 100.0}
+    target = {"kind": "function", "table": [[0, 0], [30, 12], [60, 31]]}
+    table = explore.evaluate(linkage, designs, target=target, metrics=["output_error_rms", "output_error_max"])
+    turns = (table["status"] == 1).to_numpy()
+    assert 5 < turns.sum() < 56
+    for name in ("output_error_rms", "output_error_max"):
+        np.testing.assert_array_equal(np.isfinite(table[name]), turns)
+    design = {name: float(np.atleast_1d(column)[0]) for name, column in designs.items()}
+    angles = explore.simulate(linkage, design, angles=[0, 30, 60])["rocker_angle"].to_numpy()
+    missed = (angles - [0, 12, 31] + 180) % 360 - 180
+    assert table["output_error_max"][0] == pytest.approx(np.abs(missed).max(), abs=1e-9)
+
+
 @pytest.mark.parametrize("order", ["given", "any"])
 def test_poses_of_the_motion_itself_are_met(order):
     """Those of the coupler, anywhere in the plane, with the body turned from it."""
@@ -127,7 +144,7 @@ def test_a_linkage_with_a_target_is_pickled():
             {"kind": "path", "point": "M", "points": [[1e300, 0], [1, 1], [2, 0]]},
             "point 1 is too far away: at most 1e+12",
         ),
-        ({"kind": "dwell"}, "the kind of target is missing or unknown"),
+        ({"kind": "cam"}, "the kind of target is missing or unknown"),
     ],
 )
 def test_targets_that_a_linkage_cannot_have(target, reason):

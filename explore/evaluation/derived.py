@@ -66,7 +66,8 @@ class Derivation:
                 value, bound, scale = propagate(function, sources)
             else:
                 value, bound = _bound_by_changes(metric.formula, function, sources)
-                scale = np.abs(value)
+                arguments = [source.value for source in sources]
+                scale = metric.formula.scale(*arguments) if metric.formula.scale else np.abs(value)
                 if metric.formula.is_proportional:
                     others = (source.value for source in sources[1:])
                     scale = np.asarray(function(sources[0].scale, *others), dtype=np.float64)

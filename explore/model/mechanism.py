@@ -188,14 +188,17 @@ class Mechanism(Declaration):
         if target is None:
             return self
         kind = self.targets[target.kind]
+        formulas = kind.formulas(target)
+        absent = set(kind.alternatives).difference(formula.name for formula in formulas)
+        defaults = [name for name in kind.defaults if name not in absent]
         return replace(
             self,
             target=target,
             parameters=(*self.parameters, *kind.parameters),
-            formulas=(*self.formulas, *kind.formulas(target)),
-            default_metrics={window: (*names, *kind.defaults) for window, names in self.default_metrics.items()},
+            formulas=(*self.formulas, *formulas),
+            default_metrics={window: (*names, *defaults) for window, names in self.default_metrics.items()},
             default_window=self.whole_motion.name,
-            objectives=kind.objectives,
+            objectives=tuple(each for each in kind.objectives if each.partition(":")[0] not in absent),
             extended=self.extended.with_target(target) if self.extended else None,
         )
 

@@ -262,6 +262,8 @@ class Formula(Quantity):
         Whether it is in proportion to its first input, so that its error is relative to what that of the input is.
     rounding
         Bound of the absolute error by roundings in the function, from the inputs; by default 1e-15 of the value.
+    scale
+        What the error is relative to, from the inputs; by default the value.
     """
 
     sense: Sense | None
@@ -272,6 +274,7 @@ class Formula(Quantity):
     selects_one: bool = False
     is_proportional: bool = False
     rounding: Callable[..., FloatArray] | None = None
+    scale: Callable[..., FloatArray] | None = None
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,8 @@ class TargetKind:
         Default objectives.
     parameters
         Those that a target of the kind adds: designs that differ only in them share a motion.
+    alternatives
+        Metrics among the defaults and objectives of which a target has one.
     points
         Names of the points that can meet a target of the kind; empty for those that a study names.
     """
@@ -54,3 +56,4 @@ class TargetKind:
     objectives: tuple[str, ...]
     parameters: tuple[Parameter, ...] = POSE
     points: tuple[str, ...] = ()
+    alternatives: tuple[str, ...] = ()

@@ -44,8 +44,8 @@ class Target(ABC):
 
     @classmethod
     @abstractmethod
-    def example(cls, point: str = "knife") -> Self:
-        """A target of a point, for lists of the metrics of the kind."""
+    def examples(cls, point: str = "knife") -> tuple[Self, ...]:
+        """Targets of a point that have all metrics of the kind, for lists of these."""
 
 
 @dataclass(frozen=True)
@@ -110,9 +110,9 @@ class PathTarget(Target):
         return target
 
     @classmethod
-    def example(cls, point: str = "knife") -> PathTarget:
+    def examples(cls, point: str = "knife") -> tuple[PathTarget]:
         """A path of a point."""
-        return cls(point, ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
+        return (cls(point, ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))),)
 
 
 @dataclass(frozen=True)
@@ -146,9 +146,9 @@ class FunctionTarget(Target):
         return cls(table)
 
     @classmethod
-    def example(cls, _: str = "") -> FunctionTarget:
+    def examples(cls, _: str = "") -> tuple[FunctionTarget]:
         """The output as the input."""
-        return cls(((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)))
+        return (cls(((0.0, 0.0), (1.0, 1.0), (2.0, 2.0))),)
 
 
 @dataclass(frozen=True)
@@ -212,13 +212,57 @@ class PosesTarget(Target):
         return target
 
     @classmethod
-    def example(cls, point: str = "knife") -> PosesTarget:
+    def examples(cls, point: str = "knife") -> tuple[PosesTarget]:
         """Poses of a body with a point."""
-        return cls(point, ((0.0, 0.0, 0.0), (1.0, 0.0, 10.0)))
+        return (cls(point, ((0.0, 0.0, 0.0), (1.0, 0.0, 10.0))),)
+
+
+@dataclass(frozen=True)
+class DwellTarget(Target):
+    """A dwell: the output is to rest while the crank turns, anywhere in its turn.
+
+    Attributes
+    ----------
+    angle
+        What the crank turns in the dwell, deg; 0 for as much as the travel allows.
+    travel
+        What the output may move in the dwell, mm or deg; 0 for the least that the angle allows.
+    """
+
+    angle: float = 0.0
+    travel: float = 0.0
+    kind: ClassVar[str] = "dwell"
+    doer: ClassVar[str] = "the output"
+
+    @property
+    def path(self) -> None:
+        """No point has places to pass."""
+
+    def to_content(self) -> dict[str, Any]:
+        """The section of a study file, in declared units."""
+        return {"kind": self.kind, **({"angle": self.angle} if self.angle else {"travel": self.travel})}
+
+    @classmethod
+    def from_content(cls, content: Any) -> DwellTarget:
+        """The target of `to_content`; ValueError if the content has another form."""
+        try:
+            angle, travel = (float(content.get(key, 0.0)) for key in ("angle", "travel"))
+        except TypeError as error:
+            raise ValueError(f"a target lacks {error}") from None
+        if not (0.0 <= angle < 360.0 and 0.0 <= travel < inf and bool(angle) != bool(travel)):
+            raise ValueError("a dwell has an angle between 0 and 360 deg, or a travel above 0")
+        return cls(angle, travel)
+
+    @classmethod
+    def examples(cls, _: str = "") -> tuple[DwellTarget, DwellTarget]:
+        """A sixth of a turn, and a travel of 1."""
+        return cls(angle=60.0), cls(travel=1.0)
 
 
 #: The kinds of targets by their names in study files.
-TARGETS: dict[str, type[Target]] = {target.kind: target for target in (PathTarget, FunctionTarget, PosesTarget)}
+TARGETS: dict[str, type[Target]] = {
+    target.kind: target for target in (PathTarget, FunctionTarget, PosesTarget, DwellTarget)
+}
 
 
 def target_from_content(content: Any) -> Target:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -152,10 +152,11 @@ def _target_metrics(mechanism: Mechanism) -> dict[str, tuple[Formula, ...]]:
     """The metrics of targets of each kind that the mechanism meets, of a point "knife" where a study names points."""
     from explore.model.targets import TARGETS
 
-    return {
-        kind: declared.formulas(TARGETS[kind].example(*declared.points[:1]))
-        for kind, declared in mechanism.targets.items()
-    }
+    formulas: dict[str, tuple[Formula, ...]] = {}
+    for kind, declared in mechanism.targets.items():
+        of_kind = chain(*map(declared.formulas, TARGETS[kind].examples(*declared.points[:1])))
+        formulas[kind] = tuple({formula.name: formula for formula in of_kind}.values())
+    return formulas
 
 
 def _range(parameter: Parameter) -> str:

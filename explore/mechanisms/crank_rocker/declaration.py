@@ -199,7 +199,7 @@ _EXTENDED = Mechanism(
     statuses=rocking.STATUSES,
     drawing=four_bar_drawing.DRAWING,
     floating_link=FloatingLink("coupler", "the crank's pin", "crank joint", "coupler_angle", kernels=with_points),
-    targets=declare_targets_of_link(_TABLE, "coupler", "transmission_angle_min"),
+    targets=declare_targets_of_link(_TABLE, "coupler", "transmission_angle_min", "swing_angle"),
     panels=(
         Panel("angle", ("coupler_angle", "rocker_angle")),
         Panel("transmission angle", ("transmission_angle",), limits=(0.0, 180.0)),

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from explore.mechanisms.linkages.declared import add_points
 from explore.mechanisms.linkages.table import LinkageTable
+from explore.mechanisms.targets.dwell_errors.metrics import declare_dwells
 from explore.mechanisms.targets.function_errors.metrics import declare_functions
 from explore.mechanisms.targets.path_errors.metrics import declare_paths
 from explore.mechanisms.targets.pose_errors.metrics import declare_poses
@@ -20,7 +21,8 @@ from explore.model.status import Status
 from explore.model.target_kinds import BODY_POSE, POSE, TargetKind
 
 if TYPE_CHECKING:
-    from explore.mechanisms.linkages.graph import Series
+    from explore.mechanisms.linkages.equations import Equations
+    from explore.mechanisms.linkages.graph import Number, Series
     from explore.mechanisms.linkages.kernel import Kernel
 
 #: Meanings of the coordinates of a linkage's place in the plane of a target.
@@ -39,6 +41,8 @@ class TableMotion:
         The linkage.
     point, link
         Names; empty for none.
+    is_output
+        Whether it is the output of the table, with its rates, in place of a point or link.
     needs_turn
         Whether designs whose crank does not turn fully have no motion.
     turns
@@ -48,6 +52,7 @@ class TableMotion:
     table: LinkageTable
     point: str
     link: str = ""
+    is_output: bool = False
     needs_turn: bool = True
     turns: str = ""
 
@@ -58,12 +63,15 @@ class TableMotion:
 
     def function(self) -> Any:
         """The curve, a function of the constants of a design."""
-        return _kernel(self.table, self.point, self.link).curve
+        return self._kernel().curve
+
+    def _kernel(self) -> Kernel:
+        return _kernel(self.table, self.point, self.link, self.is_output)
 
     def shapes(self, inputs: FloatArray) -> FloatArray:
         """The constants of designs, (n, k), from their parameters, (n, p)."""
         inputs_of_table = inputs[:, : len(self.table.parameters)]
-        constants, status = close_table(_kernel(self.table, self.point, self.link), inputs_of_table)
+        constants, status = close_table(self._kernel(), inputs_of_table)
         shapes = np.ascontiguousarray(constants.T)
         if self.turns:
             shapes[~np.isfinite(inputs).all(axis=1), 0] = np.nan
@@ -91,19 +99,34 @@ def close_table(
 
 
 @lru_cache(_MOST_KEPT)
-def _kernel(table: LinkageTable, point: str, link: str) -> Kernel:
-    """The kernel of a curve: the place of a point and its derivatives, then the same of the direction of a link."""
+def _kernel(table: LinkageTable, point: str, link: str, is_output: bool) -> Kernel:
+    """The kernel of a curve: the place of a point and its derivatives, then the same of the direction of a link.
+
+    Or that of the output: the direction of its link, or its place and 0, then both derivatives of angle or place.
+    """
     from explore.mechanisms.linkages.equations import Equations
     from explore.mechanisms.linkages.kernel import make_kernel
     from explore.mechanisms.linkages.steps import find_steps
 
     equations = Equations(replace(table, loads=None), find_steps(table))
-    vectors = [equations.points[point]] if point else []
-    vectors += [equations.directions[link]] if link else []
-    # of a link alone, as the output of functions, its direction only
-    outputs = [number for vector in vectors for number in _in_order(vector, 3 if point else 1)]
+    if is_output:
+        outputs = _output_with_rates(equations)
+    else:
+        vectors = [equations.points[point]] if point else []
+        vectors += [equations.directions[link]] if link else []
+        # of a link alone, as the output of functions, its direction only
+        outputs = [number for vector in vectors for number in _in_order(vector, 3 if point else 1)]
     joints = list(dict.fromkeys(factor.joint for factor in equations.factors))
     return make_kernel(equations, outputs, [], joints, (), (), tells_reach=False)
+
+
+def _output_with_rates(equations: Equations) -> list[Number]:
+    table = equations.table
+    slot = next((slot for slot in table.slots if slot.name == table.output), None)
+    if slot:
+        place, *rates = equations.slot_position(slot).terms[:3]
+        return [place, equations.graph.constant(0.0), *rates]
+    return [*_in_order(equations.directions[table.output], 1), *equations.turning_of(table.output)]
 
 
 def _in_order(vector: Sequence[Series], orders: int) -> list[Any]:
@@ -149,13 +172,14 @@ def declare_targets(table: LinkageTable, transmission: Sequence[str]) -> dict[st
     if single:
         errors = ("position_error_max", "angle_error_max", *transmission)
         targets["poses"] = declare_poses(PointMotions(table, has_link=True), errors, body_pose, single)
-    return targets | _functions(table, transmission)
+    travel = f"{table.output}_{'angle' if _output_turns(table) else 'position'}_peak_to_peak"
+    return targets | _functions(table, transmission) | _dwells(table, travel, transmission)
 
 
-def declare_targets_of_link(table: LinkageTable, link: str, transmission: str) -> dict[str, TargetKind]:
+def declare_targets_of_link(table: LinkageTable, link: str, transmission: str, travel: str) -> dict[str, TargetKind]:
     """The same with the points that a user names of a link.
 
-    `transmission` is a metric that is to be large, NaN where the crank does not turn.
+    `transmission` is a metric that is to be large, NaN where the crank does not turn, and `travel` that of the output.
     """
     path, poses = (PointMotions(table, has_link, link, transmission) for has_link in (False, True))
     objectives = (f"{transmission}:max",)
@@ -163,12 +187,25 @@ def declare_targets_of_link(table: LinkageTable, link: str, transmission: str) -
         "path": declare_paths(path, ("path_error_rms", *objectives)),
         **_functions(table, objectives),
         "poses": declare_poses(poses, ("position_error_max", "angle_error_max", *objectives)),
+        **_dwells(table, travel, objectives, transmission),
     }
 
 
 def _functions(table: LinkageTable, transmission: Sequence[str]) -> dict[str, TargetKind]:
-    """Functions of the output, if that is a link."""
-    if table.output not in {link.name for link in table.links}:
+    """Functions of the output, if that is a link; a group of links has been followed where the crank turns fully."""
+    if not _output_turns(table):
         return {}
-    output = TableMotion(table, "", table.output, needs_turn=False)
+    output = TableMotion(table, "", table.output, needs_turn=bool(table.starts))
     return {"function": declare_functions(output, table.output, ("output_error_max", *transmission))}
+
+
+def _dwells(table: LinkageTable, travel: str, objectives: Sequence[str], turns: str = "") -> dict[str, TargetKind]:
+    """Dwells of the output, if there is one; `travel` is the metric of what this moves in a turn."""
+    if not table.output:
+        return {}
+    output = TableMotion(table, "", is_output=True, turns=turns)
+    return {"dwell": declare_dwells(output, table.output, travel, tuple(objectives), turns=_output_turns(table))}
+
+
+def _output_turns(table: LinkageTable) -> bool:
+    return table.output in {link.name for link in table.links}

@@ -202,7 +202,7 @@ _EXTENDED = Mechanism(
     statuses=kernel.STATUSES,
     drawing=_DRAWING,
     floating_link=FloatingLink("rod", "the crank's pin", "crank pin", "rod_angle", kernels=with_points),
-    targets=declare_targets_of_link(TABLE, "rod", "transmission_angle_min"),
+    targets=declare_targets_of_link(TABLE, "rod", "transmission_angle_min", "stroke"),
     panels=(
         Panel("slider position", ("slider_position",)),
         Panel("slider velocity", ("slider_velocity",)),

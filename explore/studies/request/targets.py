@@ -7,7 +7,8 @@ from typing import Any
 from explore.base.errors import Problems, RequestError
 from explore.base.suggest import closest_name, format_value, suggestion
 from explore.model.mechanism import Mechanism
-from explore.model.targets import FunctionTarget, PathTarget, PosesTarget, Target
+from explore.model.targets import DwellTarget, FunctionTarget, PathTarget, PosesTarget, Target
+from explore.studies.request.dwell_targets import read_dwell_target
 from explore.studies.request.function_targets import read_function_target
 from explore.studies.request.path_targets import read_path_target
 from explore.studies.request.pose_targets import read_poses_target
@@ -20,6 +21,7 @@ _READERS: Mapping[str, _Read] = {
     PathTarget.kind: read_path_target,
     FunctionTarget.kind: read_function_target,
     PosesTarget.kind: read_poses_target,
+    DwellTarget.kind: read_dwell_target,
 }
 
 

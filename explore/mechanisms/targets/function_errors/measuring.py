@@ -21,7 +21,9 @@ _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 
 @compiled(types.void(CURVE, _F2, _F1, _F1, _F2), allocates=True)
 def measure_outputs(output, designs, inputs, outputs, measures):
-    """Measure designs against pairs of a function: fill `measures` (n, N_MEASURES), NaN where one cannot be assembled.
+    """Measure designs against pairs of a function: fill `measures` (n, N_MEASURES).
+
+    It is NaN where the first number of a design is, or where it cannot be assembled.
 
     `output` is a curve whose first two numbers are cosine and sine of the output's angle in the frame, times a positive
     number, NaN where the linkage cannot be assembled. `designs` (n, p) have what it takes, then the angles of crank and
@@ -29,6 +31,9 @@ def measure_outputs(output, designs, inputs, outputs, measures):
     """
     out = np.empty(CURVE_SIZE)
     for k in range(len(designs)):
+        measures[k, :] = math.nan
+        if math.isnan(designs[k, 0]):
+            continue
         shape = designs[k, : designs.shape[1] - STARTS_SIZE]
         start, first = designs[k, designs.shape[1] - 2], designs[k, designs.shape[1] - 1]
         total, largest = 0.0, 0.0

@@ -1,0 +1,188 @@
+"""How far an output moves while the input turns by an angle: the least over a turn, and the longest rest."""
+
+import math
+
+from explore.base.subroutines import subroutine
+from explore.mechanisms.targets.dwell_errors.pieces import LENGTH, POWER, START, polynomial, value_at
+from explore.mechanisms.targets.path_errors.curve import TURN
+
+#: Largest number of places where the output turns back.
+MOST_REVERSALS = 256
+#: Number of starts that are compared.
+N_STARTS = 256
+#: Number of intervals of them that are left out as a whole.
+N_INTERVALS = 32
+#: Steps of a bisection, from half a piece to roundings.
+_BISECTIONS = 50
+#: Steps of a golden section, from two of the starts that are compared to 2e-12 rad.
+_SECTIONS = 50
+#: Part of an interval that a golden section keeps.
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+#: Largest number of angles that the search of the longest rest compares.
+_MOST_ANGLES = 60
+#: Length of an angle of rest that is known well enough, rad.
+_SHORT = 1e-11
+
+
+@subroutine()
+def _derivative(piece, order, u):
+    """First or second derivative of the output by the part of a piece that is passed."""
+    value = 0.0
+    for power in range(5, order - 1, -1):
+        value = value * u + piece[POWER + power] * (power if order == 1 else power * (power - 1))
+    return value
+
+
+@subroutine()
+def _change_of_sign(piece, order, low, high):
+    """Where a derivative changes its sign between two places where it has two."""
+    rises = _derivative(piece, order, low) >= 0.0
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        if (_derivative(piece, order, middle) >= 0.0) == rises:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+@subroutine()
+def _add_reversal(piece, low, high, reversals, found):
+    u = _change_of_sign(piece, 1, low, high)
+    if found < MOST_REVERSALS:
+        reversals[found, 0] = piece[START] + u * piece[LENGTH]
+        reversals[found, 1] = polynomial(piece, u)
+    return found + 1
+
+
+@subroutine()
+def _find_in_half(piece, low, rises, rises_last, reversals, found):
+    high = low + 0.5
+    if rises != rises_last:
+        return _add_reversal(piece, low, high, reversals, found)
+    if (_derivative(piece, 2, low) >= 0.0) != (_derivative(piece, 2, high) >= 0.0):
+        middle = _change_of_sign(piece, 2, low, high)
+        if (_derivative(piece, 1, middle) >= 0.0) != rises:
+            found = _add_reversal(piece, low, middle, reversals, found)
+            found = _add_reversal(piece, middle, high, reversals, found)
+    return found
+
+
+@subroutine()
+def find_reversals(pieces, count, reversals):
+    """Fill angles and places, (MOST_REVERSALS, 2), where the output turns back, and give their number, also if larger.
+
+    Where the slope keeps its sign over half a piece and turns back in between, two reversals are inside.
+    """
+    found = 0
+    for k in range(count):
+        piece, following = pieces[k], pieces[(k + 1) % count]
+        first, middle, last = piece[POWER + 1] >= 0.0, _derivative(piece, 1, 0.5) >= 0.0, following[POWER + 1] >= 0.0
+        found = _find_in_half(piece, 0.0, first, middle, reversals, found)
+        found = _find_in_half(piece, 0.5, middle, last, reversals, found)
+    return found
+
+
+@subroutine()
+def travel(motion, start, angle):
+    """Largest less least place of the output while the input turns by an angle, at most a turn, from a start."""
+    pieces, cells, drift, reversals, found = motion
+    first, last = value_at(pieces, cells, drift, start), value_at(pieces, cells, drift, start + angle)
+    low, high = min(first, last), max(first, last)
+    turn = math.floor(start / TURN)
+    start -= TURN * turn
+    for k in range(found):
+        at = reversals[k, 0]
+        for ahead in range(2):
+            if start < at + TURN * ahead < start + angle:
+                value = reversals[k, 1] + drift * (turn + ahead)
+                low, high = min(low, value), max(high, value)
+    return high - low
+
+
+@subroutine()
+def _least_between(motion, angle, low, high):
+    """The start of the least travel between two starts, and that travel."""
+    a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    at_a, at_b = travel(motion, a, angle), travel(motion, b, angle)
+    for _ in range(_SECTIONS):
+        if at_a <= at_b:
+            high, b, at_b = b, a, at_a
+            a = high - _GOLDEN * (high - low)
+            at_a = travel(motion, a, angle)
+        else:
+            low, a, at_a = a, b, at_b
+            b = low + _GOLDEN * (high - low)
+            at_b = travel(motion, b, angle)
+    return (a, at_a) if at_a <= at_b else (b, at_b)
+
+
+@subroutine()
+def least_travel(motion, angle, start, travels):
+    """The start of the least travel during an angle of the input, and that travel; `travels` has N_STARTS numbers.
+
+    `start` is one that may be near. Every travel that starts in an interval is at least that of the angle which all of
+    them pass: so most intervals are left out.
+    """
+    step, wide = TURN / N_STARTS, TURN / N_INTERVALS
+    start, least = _least_between(motion, angle, start - step, start + step)
+    for k in range(N_INTERVALS):
+        first = k * (N_STARTS // N_INTERVALS)
+        if _least_bound(motion, angle, wide * k, wide) >= least:
+            for j in range(first, first + N_STARTS // N_INTERVALS):
+                travels[j] = math.inf
+            continue
+        for j in range(first, first + N_STARTS // N_INTERVALS):
+            travels[j] = travel(motion, step * j, angle)
+            if travels[j] < least:
+                start, least = step * j, travels[j]
+    for k in range(N_STARTS):
+        is_lowest = travels[k] < travels[k - 1] and travels[k] <= travels[(k + 1) % N_STARTS]
+        if is_lowest and _least_bound(motion, angle, step * (k - 1), 2.0 * step) < least:
+            found, value = _least_between(motion, angle, step * (k - 1), step * (k + 1))
+            if value < least:
+                start, least = found, value
+    return start, least
+
+
+@subroutine()
+def _least_bound(motion, angle, start, length):
+    """No travel that starts within a length from a start is less."""
+    return travel(motion, start + length, angle - length) if angle > length else 0.0
+
+
+@subroutine()
+def longest_rest(motion, most, error, travels):
+    """The longest angle of the input during which the output moves by `most`, its start and the bound of its error.
+
+    The least travel never falls as the angle grows, so that the angle is between two. It is found by Chandrupatla's
+    method: inverse quadratic interpolation where that is safe, else a bisection. `error` bounds the error of a travel.
+    """
+    start, whole = 0.0, travel(motion, 0.0, TURN)
+    if whole <= most:
+        return TURN, start, 0.0
+    # the last angle, the one beyond the zero from it, and the one before, with what their travels are above `most`
+    a, b, c = 0.0, TURN, TURN
+    at_a, at_b, at_c = -most, whole - most, whole - most
+    part, guess = 0.5, 0.0
+    for _ in range(_MOST_ANGLES):
+        angle = a + part * (b - a)
+        guess, value = least_travel(motion, angle, guess, travels)
+        value -= most
+        if (value > 0.0) == (at_a > 0.0):
+            c, at_c = a, at_a
+        else:
+            b, at_b, c, at_c = a, at_a, b, at_b
+        a, at_a = angle, value
+        start = guess if value <= 0.0 else start
+        if abs(b - a) <= _SHORT or abs(at_b - at_a) <= error:
+            break
+        x, y = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
+        part = 0.5
+        if y * y < x and (1.0 - y) * (1.0 - y) < 1.0 - x:
+            part = at_a / (at_b - at_a) * (at_c / (at_b - at_c))
+            part += (c - a) / (b - a) * (at_a / (at_c - at_a)) * (at_b / (at_c - at_b))
+        margin = 0.25 * _SHORT / abs(b - a)
+        part = min(max(part, margin), 1.0 - margin)
+    low, slope = min(a, b), (at_b - at_a) / (b - a)
+    return low, start, abs(b - a) + (error / slope if slope > 0.0 else TURN)

@@ -1,0 +1,299 @@
+"""Dwells as targets: how far the output moves while the crank turns by an angle, or how long it rests."""
+
+import json
+import pickle
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import run
+from linkage_cases import FOUR_BAR
+from scipy.interpolate import CubicSpline
+from scipy.optimize import minimize_scalar
+
+import explore
+from explore.base.errors import ConfigError, RequestError
+from explore.model.targets import DwellTarget, target_from_content
+from explore.studies.request.names import find_mechanism
+
+TABLES = Path(explore.__file__).parent / "data" / "linkages"
+LENGTHS = {"crank": 30, "coupler": 100, "rocker": 80, "ground": 110}
+#: Samples of a turn on the second road.
+SAMPLES = 3600
+
+
+def angle_of(value):
+    return {"kind": "dwell", "angle": value}
+
+
+def travel_of(value):
+    return {"kind": "dwell", "travel": value}
+
+
+def measure(mechanism, designs, target, **options):
+    """The columns of a dwell of designs, and their status."""
+    own = ["dwell_error" if "angle" in target else "dwell_angle", "dwell_start"]
+    frame = explore.evaluate(mechanism, designs, target=target, metrics=own, **options)
+    return *(frame[name].to_numpy() for name in own), frame["status"].to_numpy()
+
+
+class Output:
+    """The second road: the simulated output over two turns as a spline, its extremes the roots of its slope."""
+
+    def __init__(self, mechanism, design, signal):
+        angles = np.arange(SAMPLES + 1) * (360.0 / SAMPLES)
+        values = explore.simulate(mechanism, design, angles=angles)[signal].to_numpy()
+        if signal.endswith("angle"):
+            values = np.degrees(np.unwrap(np.radians(values)))
+        turns = [values[:-1] + k * (values[-1] - values[0]) for k in range(-1, 4)]
+        whole = np.append(np.concatenate(turns), values[0] + 4.0 * (values[-1] - values[0]))
+        self.spline = CubicSpline(np.arange(-SAMPLES, 4 * SAMPLES + 1) * (360.0 / SAMPLES), whole)
+        self.extremes = self.spline.derivative().roots(extrapolate=False)
+        self.size = np.abs(values).max()
+
+    def travel(self, start, angle):
+        """Largest less least place."""
+        inside = self.extremes[(self.extremes > start) & (self.extremes < start + angle)]
+        places = self.spline(np.r_[start, inside, start + angle])
+        return places.max() - places.min()
+
+    def least(self, angle, count=240):
+        """The least travel of all starts."""
+        starts = np.arange(count + 2) * (360.0 / count)
+        travels = np.array([self.travel(start, angle) for start in starts])
+        inner = 1 + np.flatnonzero((travels[1:-1] <= travels[:-2]) & (travels[1:-1] <= travels[2:]))
+        found = [travels.min()]
+        for k in inner[np.argsort(travels[inner])][:8]:
+            step = 360.0 / count  # from the middle, because the method resolves 1.5e-8 of its variable
+            least = minimize_scalar(lambda ahead, start=starts[k]: self.travel(start + ahead, angle),
+                                    bounds=(-step, step), method="bounded", options={"xatol": 1e-10})  # fmt: skip
+            found.append(least.fun)
+        return min(found)
+
+
+def table_designs(name, count, rng):
+    """A table of the gallery, its output signal, and designs within the ranges of its study."""
+    parameters = tomllib.loads((TABLES / f"{name}.toml").read_text())["parameters"]
+    linkage = explore.load_linkage(TABLES / f"{name}.toml")
+    designs = [
+        {
+            key: rng.uniform(entry["min"], entry["max"]) if isinstance(entry, dict) else entry
+            for key, entry in parameters.items()
+            if key != "speed"
+        }
+        for _ in range(count)
+    ]  # fmt: skip
+    return linkage, designs
+
+
+@pytest.mark.parametrize(
+    ("name", "signal"),
+    [
+        ("stephenson-3", "output_angle"),
+        ("watt-2", "output_angle"),
+        ("whitworth", "ram_position"),  # it turns back where its slot does
+        ("scotch-yoke", "slot_position"),
+        ("elliptic-trammel", "side_position"),
+        ("stephenson-3-far", "rocker_angle"),  # a group of four links
+        ("jansen", "bar_h_angle"),
+        ("oscillating-cylinder", "cylinder_position"),
+    ],
+)
+def test_dwells_of_tables_are_those_of_the_simulated_output(name, signal):
+    rng = np.random.default_rng(7)
+    linkage, designs = table_designs(name, 6, rng)
+    turning = [design for design in designs if explore.evaluate(linkage, design)["status"][0] == 1]
+    assert len(turning) >= 2
+    for design in turning[:2]:
+        angle = rng.uniform(10, 330)
+        value, start, status = (column[0] for column in measure(linkage, design, angle_of(angle)))
+        assert status == 1
+        output = Output(linkage, design, signal)
+        # the spline of 3,600 samples has an error of the fourth power of its step, 1e-11 of the travel
+        whole = output.travel(0.0, 360.0)
+        assert value == pytest.approx(output.least(angle), abs=1e-9 * whole)
+        assert value == pytest.approx(output.travel(start, angle), abs=1e-9 * whole)
+        longest, start, _ = (column[0] for column in measure(linkage, design, travel_of(float(value))))
+        assert output.travel(start, longest) == pytest.approx(value, abs=1e-9 * whole)
+        assert longest >= angle - 1e-6
+        assert output.least(longest + 1e-3) > value - 1e-9 * whole
+
+
+@pytest.mark.parametrize("mechanism", ["crank-rocker", "slider-crank"])
+def test_dwells_of_mechanisms_are_those_of_the_simulated_output(mechanism):
+    rng = np.random.default_rng(3)
+    signal = "rocker_angle" if mechanism == "crank-rocker" else "slider_position"
+    lengths = LENGTHS if mechanism == "crank-rocker" else {"crank": 30, "rod": 80, "offset": 15}
+    for _ in range(4):
+        design = {name: value * rng.uniform(0.95, 1.05) for name, value in lengths.items()}
+        output, angle = Output(mechanism, design, signal), rng.uniform(5, 350)
+        value, start, _ = (column[0] for column in measure(mechanism, design, angle_of(angle)))
+        assert value == pytest.approx(output.least(angle), abs=1e-9 * output.size)
+        assert value == pytest.approx(output.travel(start, angle), abs=1e-9 * output.size)
+
+
+def test_the_six_bar_of_the_documentation_rests_as_it_says():
+    linkage = explore.load_linkage(TABLES / "stephenson-3.toml")
+    design = {"r1": 30.69, "r2": 72.17, "r3": 101.35, "r4": 100, "rd": 132.72, "ad": -15.41, "l1": 86.27, "l2": 64.9}
+    found = explore.evaluate(linkage, design, target=angle_of(90), metrics=["dwell_error", "output_angle_peak_to_peak"])
+    assert found["dwell_error"][0] == pytest.approx(0.29, abs=0.005)
+    assert found["output_angle_peak_to_peak"][0] == pytest.approx(66, abs=0.5)
+
+
+def test_a_centric_slider_crank_rests_longest_where_its_closed_form_says():
+    """At the outer dead centre: s = r cos t + sqrt(l^2 - r^2 sin^2 t), even in t, falls from there."""
+    r, rod, angle = 30.0, 100.0, 40.0
+    half = np.radians(angle / 2)
+    inner = r + rod - (r * np.cos(half) + np.sqrt(rod**2 - (r * np.sin(half)) ** 2))
+    outer = (-r * np.cos(half) + np.sqrt(rod**2 - (r * np.sin(half)) ** 2)) - (rod - r)
+    value, start, _ = measure("slider-crank", {"crank": r, "rod": rod}, angle_of(angle))
+    assert value[0] == pytest.approx(min(inner, outer), rel=1e-11)
+    assert start[0] == pytest.approx(180 - angle / 2, abs=1e-5)  # where both ends are equal
+    longest, _, _ = measure("slider-crank", {"crank": r, "rod": rod}, travel_of(float(min(inner, outer))))
+    assert longest[0] == pytest.approx(angle, rel=1e-10)
+
+
+def test_a_link_that_turns_moves_on_in_each_turn():
+    """The rocker of a double crank, whose travel of a turn is a turn."""
+    lengths = {"crank": 70, "coupler": 100, "rocker": 80, "ground": 20}  # a double crank
+    value, start, _ = (column[0] for column in measure("crank-rocker", lengths, angle_of(90.0)))
+    output = Output("crank-rocker", lengths, "rocker_angle")
+    assert output.spline(360.0) - output.spline(0.0) == pytest.approx(360.0)
+    assert value == pytest.approx(output.least(90.0), abs=1e-8)
+    assert value == pytest.approx(output.travel(start, 90.0), abs=1e-8)
+    longest, _, _ = measure("crank-rocker", lengths, travel_of(400.0))
+    assert longest[0] == 360.0
+
+
+def test_an_output_that_moves_less_than_the_travel_rests_over_the_whole_turn():
+    longest, _, status = measure("crank-rocker", LENGTHS, travel_of(179.0))
+    assert (longest[0], status[0]) == (360.0, 1)
+
+
+def test_a_crank_that_does_not_turn_has_no_dwell():
+    blocked = LENGTHS | {"crank": 90}
+    value, start, status = measure("crank-rocker", blocked, angle_of(60.0))
+    assert np.isnan([value[0], start[0]]).all()
+    assert status[0] != 1
+    table = explore.Linkage(FOUR_BAR | {"output": "rocker"})
+    value, start, status = measure(table, {"r1": 90, "r2": 100, "r3": 80, "r4": 110}, angle_of(60.0))
+    assert np.isnan([value[0], start[0]]).all()
+    assert status[0] != 1
+
+
+def test_a_table_has_the_dwells_of_the_mechanism():
+    rng = np.random.default_rng(5)
+    designs = {name: value * np.exp(rng.normal(0, 0.08, 200)) for name, value in LENGTHS.items()}
+    renamed = dict(zip(("r1", "r2", "r3", "r4"), (designs[name] for name in LENGTHS), strict=True))
+    table = explore.Linkage(FOUR_BAR | {"output": "rocker"})
+    for target in (angle_of(75.0), travel_of(0.5)):
+        (own, _, built_in), (other, _, of_table) = (
+            measure(mechanism, columns, target) for mechanism, columns in (("crank-rocker", designs), (table, renamed))
+        )
+        np.testing.assert_array_equal(np.isfinite(own), np.isfinite(other))
+        np.testing.assert_array_equal(built_in == 1, of_table == 1)
+        np.testing.assert_allclose(own, other, rtol=1e-9)
+
+
+def test_designs_near_a_change_point_keep_the_bound():
+    """The rocker turns quickly at a change point; the coarse and the fine samples of a design agree to its error."""
+    rng = np.random.default_rng(8)
+    for margin in (1e-2, 1e-4, 1e-6):
+        a, b, c = rng.uniform(40, 100, 3)
+        crank = min(a, b, c) * 0.5
+        ordered = sorted((a, b, c))
+        design = {"crank": crank, "coupler": ordered[0], "rocker": ordered[1],
+                  "ground": ordered[0] + ordered[1] - crank - margin}  # fmt: skip
+        value, start, status = (column[0] for column in measure("crank-rocker", design, angle_of(50.0)))
+        assert status == 1
+        angles = np.mod(start + np.linspace(0.0, 50.0, 100_001), 360.0)
+        places = explore.simulate("crank-rocker", design, angles=angles)["rocker_angle"].to_numpy()
+        # between two samples the rocker moves by up to 1e-7 of its travel more
+        assert np.ptp(places) == pytest.approx(value, rel=1e-6)
+
+
+def study(**changes):
+    arguments = {
+        "mechanism": "crank-rocker",
+        "target": angle_of(60),
+        "parameters": {"crank": {"min": 20, "max": 60}, "coupler": {"min": 60, "max": 150},
+                       "rocker": {"min": 60, "max": 120}, "ground": 100},
+        "sampling": {"method": "sobol", "count": 512, "seed": 1},
+        "constraints": {"transmission_angle_min": {"min": 30}, "swing_angle": {"min": 30}},
+    }  # fmt: skip
+    return explore.Study(**arguments | changes)
+
+
+def test_a_dwell_travels(tmp_path):
+    """To workers, into results, into a refinement, a tolerance, a report, and out again as a study."""
+    own = study()
+    assert pickle.loads(pickle.dumps(own)).request.mechanism.target == own.request.mechanism.target
+    assert [f"{o.metric}:{o.sense}" for o in own.objectives] == [
+        "dwell_error:min", "swing_angle:max", "transmission_angle_min:max",
+    ]  # fmt: skip
+    assert study(target=travel_of("1 deg")).objectives[0].metric == "dwell_angle"
+    results = explore.sweep(own, tmp_path / "d.h5", workers=1)
+    assert results.target == own.request.mechanism.target == DwellTarget(60.0)
+    assert results.units["dwell_error"] == "deg"
+    best = explore.rank(results, order_by="dwell_error").iloc[0]
+    refined = explore.refine(results, tmp_path / "g.h5", evaluations=1024)
+    assert explore.rank(refined)["dwell_error"].min() < best["dwell_error"]
+    explore.export(results, tmp_path / "best.toml", design=int(best.name))
+    once = explore.sweep(explore.load_study(tmp_path / "best.toml"), tmp_path / "once.h5", workers=1)
+    assert once.design(0)["dwell_error"] == best["dwell_error"]
+    tolerances = ("--tolerance", "crank=0.1")
+    run("tolerance", "d.h5", "--design", str(best.name), *tolerances, "--draws", "256", cwd=tmp_path)
+    run("report", "d.h5", "-o", "d.html", cwd=tmp_path)
+    assert "dwell_error" in (tmp_path / "d.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("target", "reason"),
+    [
+        ({"kind": "dwell"}, "target: write an angle or a travel"),
+        ({"kind": "dwell", "angle": 60, "travel": 1}, "'angle' and 'travel' are given; leave out one of the two"),
+        ({"kind": "dwell", "angle": 0}, "target.angle: must be between 0 and 360 deg, got 0"),
+        ({"kind": "dwell", "angle": 360}, "target.angle: must be between 0 and 360 deg, got 360"),
+        ({"kind": "dwell", "angle": float("nan")}, "target.angle: .*finite"),
+        ({"kind": "dwell", "angle": "60 mm"}, "target.angle: 'mm' cannot be converted"),
+        ({"kind": "dwell", "angle": [60]}, r"target.angle: \[60\] is not a number or a string with a unit"),
+        ({"kind": "dwell", "travel": -1}, "target.travel: must be above 0, got -1"),
+        ({"kind": "dwell", "travel": "1 mm"}, "target.travel: 'mm' cannot be converted"),
+        ({"kind": "dwell", "angel": 60}, "did you mean 'angle'"),
+    ],
+)
+def test_a_bad_dwell_is_one_clear_line(target, reason):
+    with pytest.raises(RequestError, match=reason) as caught:
+        find_mechanism("crank-rocker", (), target)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_units_are_read():
+    assert find_mechanism("crank-rocker", (), angle_of("1 rad")).target.angle == pytest.approx(np.degrees(1))
+    assert find_mechanism("slider-crank", (), travel_of("1 in")).target.travel == pytest.approx(25.4)
+
+
+@pytest.mark.parametrize(
+    "content", [{}, {"angle": 0}, {"angle": 360}, {"angle": 1, "travel": 1}, {"travel": "x"}, {"travel": [1]}]
+)
+def test_a_damaged_record_of_a_dwell_is_refused(content):
+    with pytest.raises(ValueError, match="dwell|target|convert"):
+        target_from_content({"kind": "dwell", **content})
+
+
+def test_mistakes_have_their_line(tmp_path):
+    file = tmp_path / "bad.toml"
+    file.write_text(
+        'mechanism = "slider-crank"\n[parameters]\ncrank = 1\nrod = 3\n[target]\nkind = "dwell"\nangle = -1\n'
+    )
+    with pytest.raises(ConfigError, match=r"bad.toml:7: target.angle: must be between 0 and 360 deg, got -1"):
+        explore.load_study(file)
+
+
+def test_mechanisms_say_that_their_output_can_dwell(tmp_path):
+    printed = run("mechanisms", "crank-rocker", cwd=tmp_path).stdout
+    assert 'the output can have a target, [target] kind = "dwell" in a study' in printed
+    described = json.loads(run("mechanisms", "crank-rocker", "--json", cwd=tmp_path).stdout)
+    senses = {name: metric["sense"] for name, metric in described["targets"]["dwell"].items()}
+    assert senses == {"dwell_error": "min", "dwell_start": None, "dwell_angle": "max"}
