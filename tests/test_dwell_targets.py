@@ -141,6 +141,16 @@ def test_the_six_bar_of_the_documentation_rests_as_it_says():
     assert found["output_angle_peak_to_peak"][0] == pytest.approx(66, abs=0.5)
 
 
+def test_a_dwell_with_ripples_starts_in_the_middle_of_the_starts_that_serve_as_well():
+    linkage = explore.load_linkage(TABLES / "stephenson-3.toml")
+    design = {"r1": 30.69, "r2": 72.17, "r3": 101.35, "r4": 100, "rd": 132.72, "ad": -15.41, "l1": 86.27, "l2": 64.9}
+    value, start, _ = (column[0] for column in measure(linkage, design, angle_of(80)))
+    output = Output(linkage, design, "output_angle")
+    serve = [other for other in np.arange(start - 30, start + 30, 0.01) if output.travel(other, 80) <= value + 1e-8]
+    assert len(serve) > 100, "the extremes of the ripple are within all of these dwells"
+    assert start == pytest.approx((serve[0] + serve[-1]) / 2, abs=0.01)
+
+
 def test_a_centric_slider_crank_rests_longest_where_its_closed_form_says():
     """At the outer dead centre: s = r cos t + sqrt(l^2 - r^2 sin^2 t), even in t, falls from there."""
     r, rod, angle = 30.0, 100.0, 40.0

@@ -22,6 +22,7 @@ from explore.mechanisms.targets.dwell_errors.travels import (
     find_reversals,
     least_travel,
     longest_rest,
+    middle_start,
     travel,
 )
 from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
@@ -64,7 +65,9 @@ def measure_dwells(output, designs, turns, angle, most, measures):
         error = whole if found > MOST_REVERSALS else 2.0 * error + _START_ERROR * whole
         if angle > 0.0:
             begin, value = least_travel(motion, angle, 0.0, travels)
+            begin = middle_start(motion, angle, begin, error)
         else:
-            value, begin, error = longest_rest(motion, most, error, travels)
+            value, begin, error_of_angle = longest_rest(motion, most, error, travels)
+            begin, error = middle_start(motion, value, begin, error), error_of_angle
         measures[k, VALUE], measures[k, ERROR], measures[k, WHOLE] = value, error, whole
         measures[k, BEGIN] = begin - TURN * math.floor(begin / TURN)

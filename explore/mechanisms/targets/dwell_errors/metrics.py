@@ -63,5 +63,5 @@ class DwellFormulas:
             about = f"longest turn of the crank in which the {self.name} moves by no more than the travel of the dwell"
             first = Formula("dwell_angle", "deg", about, "max", inputs, measure(VALUE, _DEGREES),
                             rounding=measure(ERROR, _DEGREES))  # fmt: skip
-        about = "crank angle at which the dwell starts"
+        about = "crank angle at which the dwell starts, the middle of those that serve as well"
         return first, Formula("dwell_start", "deg", about, None, inputs, measure(BEGIN, _DEGREES))

@@ -20,6 +20,8 @@ _SECTIONS = 50
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 #: Largest number of angles that the search of the longest rest compares.
 _MOST_ANGLES = 60
+#: Distance of the first start beside one that is tried, rad.
+_NEAR = 1e-6
 #: Length of an angle of rest that is known well enough, rad.
 _SHORT = 1e-11
 
@@ -186,3 +188,27 @@ def longest_rest(motion, most, error, travels):
         part = min(max(part, margin), 1.0 - margin)
     low, slope = min(a, b), (at_b - at_a) / (b - a)
     return low, start, abs(b - a) + (error / slope if slope > 0.0 else TURN)
+
+
+@subroutine()
+def middle_start(motion, angle, start, error):
+    """The middle of the starts about one whose travels are as small, up to an error: those of ripples in a dwell."""
+    most = travel(motion, start, angle) + error
+    return start + 0.5 * (_reach(motion, angle, start, most, 1.0) + _reach(motion, angle, start, most, -1.0))
+
+
+@subroutine()
+def _reach(motion, angle, start, most, sense):
+    """How far a start may move in a sense before its travel is above a limit, at most half a turn, signed."""
+    inside, outside = 0.0, sense * _NEAR
+    while travel(motion, start + outside, angle) <= most:
+        if abs(outside) >= 0.5 * TURN:
+            return sense * 0.5 * TURN
+        inside, outside = outside, 2.0 * outside
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (inside + outside)
+        if travel(motion, start + middle, angle) <= most:
+            inside = middle
+        else:
+            outside = middle
+    return inside
