@@ -258,6 +258,20 @@ def test_a_dwell_travels(tmp_path):
     assert "dwell_error" in (tmp_path / "d.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("target", [angle_of(300), travel_of("20 deg")])
+def test_the_figure_of_a_motion_shades_the_dwell(tmp_path, target):
+    results = explore.sweep(study(target=target), tmp_path / "d.h5", workers=1)
+    row = results.design(int(explore.rank(results).index[0]))
+    start, angle = row["dwell_start"], target.get("angle") or row["dwell_angle"]
+    figure = explore.charts.motion_chart(results, design=int(explore.rank(results).index[0]))
+    for axes in figure.axes:
+        shaded = sorted((patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches)
+        stop = start + angle
+        parts = [(start, stop)] if stop <= 360 else [(0, stop - 360), (start, 360)]
+        np.testing.assert_allclose(shaded, parts, rtol=1e-12)
+    assert figure.axes[0].get_legend_handles_labels()[1][-1] == f"dwell, {angle:.4g}°"
+
+
 @pytest.mark.parametrize(
     ("target", "reason"),
     [

@@ -19,7 +19,7 @@ from explore.model.mechanism import Mechanism
 from explore.model.output_slider import TRAVEL, TRAVEL_PANEL, TRAVEL_SIGNAL, OutputSlider
 from explore.model.points import coordinates
 from explore.model.quantities import FloatArray, Signal
-from explore.model.targets import PathTarget
+from explore.model.targets import DwellTarget, PathTarget, Target
 from explore.results.labels import results_name
 from explore.results.queries import choose_design
 from explore.running.motions import mark_angles, motion_span, window_limits
@@ -58,6 +58,8 @@ class SimulatedDesign:
         Bounds of the study on signals, at the input angles where they hold for this design.
     units
         Units that figures show; all values here are in declared units.
+    dwell
+        First and last input angle of the dwell that the study asks for, deg; None without one.
     slider
         The slider that the columns of its results tie to its point; None without one.
     span
@@ -73,6 +75,7 @@ class SimulatedDesign:
     phases: int | None = None
     bounds: Sequence[SignalBound] = ()
     units: ShownUnits = field(default_factory=ShownUnits)
+    dwell: tuple[float, float] | None = None
     slider: OutputSlider | None = None
     span: Span = TURN
 
@@ -173,10 +176,19 @@ def simulate_design(results: Results, design: int | None = None) -> SimulatedDes
         phases=_count_phases(mechanism, parameters) if uses_stroke else None,
         bounds=bounds,
         units=units,
+        dwell=_dwell_of(row, mechanism.target),
         span=span,
     )
     slider = OutputSlider.of(row, mechanism.points)
     return _with_slider(simulated, slider) if slider and mechanism.drawing else simulated
+
+
+def _dwell_of(row: Mapping[str, object], target: Target | None) -> tuple[float, float] | None:
+    if not isinstance(target, DwellTarget):
+        return None
+    start, angle = (float(str(row.get(name, np.nan))) for name in ("dwell_start", "dwell_angle"))
+    stop = start + (target.angle or angle)
+    return (start, stop) if np.isfinite(stop) else None
 
 
 def _with_slider(simulated: SimulatedDesign, slider: OutputSlider) -> SimulatedDesign:

@@ -125,11 +125,12 @@ def draw_panel(chart: Axes, simulated: SimulatedDesign, panel: Panel, colour: st
     shades_drive = simulated.drive is not None and panel == simulated.panels[0]
     if shades_drive:
         chart.fill_between([], [], color=MUTED, alpha=0.17, lw=0, label="drive stroke")
-    dwell = simulated.slider.dwell if simulated.slider and panel == TRAVEL_PANEL else None
+    dwell = simulated.slider.dwell if simulated.slider and panel == TRAVEL_PANEL else simulated.dwell
+    names_dwell = dwell is not None and panel == simulated.panels[0]
     for number, (start, stop) in enumerate(TURN.parts(dwell) if dwell else ()):
-        label = f"dwell, {dwell[1] - dwell[0]:.4g}°" if dwell and number == 0 else None
+        label = f"dwell, {dwell[1] - dwell[0]:.4g}°" if dwell and names_dwell and number == 0 else None
         chart.axvspan(start, stop, color=GREEN, alpha=0.2, lw=0, zorder=0, label=label)
-    if len(signals) > 1 or shades_drive or dwell or panel.shows_mean:
+    if len(signals) > 1 or shades_drive or names_dwell or panel.shows_mean:
         _add_legend(chart, "", 2 if len(signals) > 3 else 1)
 
 
