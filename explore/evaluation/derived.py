@@ -66,9 +66,10 @@ class Derivation:
                 value, bound, scale = propagate(function, sources)
             else:
                 value, bound = _bound_by_changes(metric.formula, function, sources)
-                arguments = [source.value for source in sources]
-                scale = metric.formula.scale(*arguments) if metric.formula.scale else np.abs(value)
-                if metric.formula.is_proportional:
+                scale = np.abs(value)
+                if metric.formula.scale:
+                    scale = metric.formula.scale(*(source.value for source in sources))
+                elif metric.formula.is_proportional:
                     others = (source.value for source in sources[1:])
                     scale = np.asarray(function(sources[0].scale, *others), dtype=np.float64)
             bound = np.where(np.isfinite(value), bound, 0.0)

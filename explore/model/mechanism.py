@@ -196,7 +196,9 @@ class Mechanism(Declaration):
             target=target,
             parameters=(*self.parameters, *kind.parameters),
             formulas=(*self.formulas, *formulas),
-            default_metrics={window: (*names, *defaults) for window, names in self.default_metrics.items()},
+            default_metrics={
+                window: tuple(dict.fromkeys((*names, *defaults))) for window, names in self.default_metrics.items()
+            },
             default_window=self.whole_motion.name,
             objectives=tuple(each for each in kind.objectives if each.partition(":")[0] not in absent),
             extended=self.extended.with_target(target) if self.extended else None,

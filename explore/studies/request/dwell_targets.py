@@ -1,6 +1,7 @@
 """Read targets of the kind "dwell": the output rests while the crank turns by an angle, or within a travel."""
 
 from collections.abc import Mapping
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,7 @@ def read_dwell_target(
     before = len(problems)
     note_unknown_keys(entries, _KEYS, problems)
     given = [key for key in _KEYS[1:] if key in entries]
-    of_angle = DwellTarget(angle=60.0)
-    unit = mechanism.targets[DwellTarget.kind].formulas(of_angle)[0].unit  # of the travel
+    unit = mechanism.targets[DwellTarget.kind].formulas(DwellTarget(angle=60.0))[0].unit  # of the travel
     if len(problems) > before:
         return None
     if len(given) != 1:
@@ -29,13 +29,13 @@ def read_dwell_target(
         problems.append((tuple(given[1:]), f"{both}: how far the output moves in a dwell, or how long it rests"))
         return None
     key = given[0]
-    most = 360.0 if key == "angle" else float("inf")
+    unit, most, limits = ("deg", 360.0, "between 0 and 360 deg") if key == "angle" else (unit, inf, "above 0")
     try:
-        value = quantity(entries[key], "deg" if key == "angle" else unit)
+        value = quantity(entries[key], unit)
     except RequestError as error:
         problems.append(((key,), str(error)))
         return None
     if 0.0 < value < most:
         return DwellTarget(**{key: value})
-    problems.append(((key,), f"must be {'between 0 and 360 deg' if key == 'angle' else 'above 0'}, got {value:g}"))
+    problems.append(((key,), f"must be {limits}, got {value:g}"))
     return None

@@ -27,13 +27,13 @@ from explore.mechanisms.targets.dwell_errors.travels import (
 )
 from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
 
-# Measures of a design: the least travel in the dwell or the angle of the longest rest, rad; bound of its error; the
-# travel in the turn; and the input angle at which the dwell starts, from 0 to a turn.
-VALUE, ERROR, WHOLE, BEGIN = range(4)
+# Measures of a design: the least travel in the dwell or the angle of the longest rest, rad; the bound of its error and
+# what this is relative to, the travel in the turn or the turn; and the input angle at which the dwell starts.
+VALUE, ERROR, SCALE, BEGIN = range(4)
 N_MEASURES = 4
 
 #: Error of a least travel by that of its start, over the travel in the turn.
-_START_ERROR = 4e-12
+_START_ERROR = 1e-13
 
 _F2 = types.float64[:, ::1]
 
@@ -50,6 +50,7 @@ def measure_dwells(output, designs, turns, angle, most, measures):
     """
     pieces, cells = np.empty((MOST_PIECES, PIECE_SIZE)), np.empty(N_STARTS + 1, np.int64)
     ends, stack = np.empty((N_ENDS, RECORD_SIZE)), np.empty((STACK_SIZE, RECORD_SIZE))
+    events = np.empty(2 * MOST_REVERSALS + 1)
     out, reversals, travels = np.empty(CURVE_SIZE), np.empty((MOST_REVERSALS, 2)), np.empty(N_STARTS)
     for k in range(len(designs)):
         measures[k, :] = math.nan
@@ -64,10 +65,10 @@ def measure_dwells(output, designs, turns, angle, most, measures):
         whole = travel(motion, 0.0, TURN)
         error = whole if found > MOST_REVERSALS else 2.0 * error + _START_ERROR * whole
         if angle > 0.0:
-            begin, value = least_travel(motion, angle, 0.0, travels)
+            begin, value = least_travel(motion, angle, 0.0, travels, events)
             begin = middle_start(motion, angle, begin, error)
         else:
-            value, begin, error_of_angle = longest_rest(motion, most, error, travels)
+            value, begin, error_of_angle = longest_rest(motion, most, error, travels, events)
             begin, error = middle_start(motion, value, begin, error), error_of_angle
-        measures[k, VALUE], measures[k, ERROR], measures[k, WHOLE] = value, error, whole
+        measures[k, VALUE], measures[k, ERROR], measures[k, SCALE] = value, error, whole if angle > 0.0 else TURN
         measures[k, BEGIN] = begin - TURN * math.floor(begin / TURN)

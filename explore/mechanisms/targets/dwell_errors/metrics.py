@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from explore.mechanisms.targets.dwell_errors.measuring import BEGIN, ERROR, N_MEASURES, VALUE, WHOLE, measure_dwells
+from explore.mechanisms.targets.dwell_errors.measuring import BEGIN, ERROR, N_MEASURES, SCALE, VALUE, measure_dwells
 from explore.mechanisms.targets.measures import Measures, Motion, TargetMeasure, keep_last
 from explore.model.quantities import FloatArray, Formula
 from explore.model.target_kinds import TargetKind
@@ -58,10 +58,10 @@ class DwellFormulas:
         if target.angle:
             about = f"least travel of the {self.name} while the crank turns by the angle of the dwell"
             first = Formula("dwell_error", unit, about, "min", inputs, measure(VALUE, factor),
-                            rounding=measure(ERROR, factor), scale=measure(WHOLE, factor))  # fmt: skip
+                            rounding=measure(ERROR, factor), scale=measure(SCALE, factor))  # fmt: skip
         else:
             about = f"longest turn of the crank in which the {self.name} moves by no more than the travel of the dwell"
             first = Formula("dwell_angle", "deg", about, "max", inputs, measure(VALUE, _DEGREES),
-                            rounding=measure(ERROR, _DEGREES))  # fmt: skip
+                            rounding=measure(ERROR, _DEGREES), scale=measure(SCALE, _DEGREES))  # fmt: skip
         about = "crank angle at which the dwell starts, the middle of those that serve as well"
         return first, Formula("dwell_start", "deg", about, None, inputs, measure(BEGIN, _DEGREES))

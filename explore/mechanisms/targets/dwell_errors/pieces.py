@@ -131,7 +131,8 @@ def lay_pieces(output, shape, turns, pieces, ends, stack, out):
                 top += 1
                 _copy(middle, stack[top])
                 continue
-            largest = max(largest, miss)
+            # that of the halves is smaller by about the order, unless it is rounding
+            largest = max(largest, miss if miss > accepted else 4.0 * _ORDER * miss)
             place = _add(turns, left, middle, place, pieces[count])
             place = _add(turns, middle, right, place, pieces[count + 1])
             _copy(right, left)

@@ -14,8 +14,8 @@ N_STARTS = 256
 N_INTERVALS = 32
 #: Steps of a bisection, from half a piece to roundings.
 _BISECTIONS = 50
-#: Steps of a golden section, from two of the starts that are compared to 2e-12 rad.
-_SECTIONS = 50
+#: Steps of a golden section, from two of the starts that are compared to 4e-14 rad.
+_SECTIONS = 58
 #: Part of an interval that a golden section keeps.
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 #: Largest number of angles that the search of the longest rest compares.
@@ -120,41 +120,66 @@ def _least_between(motion, angle, low, high):
 
 
 @subroutine()
-def least_travel(motion, angle, start, travels):
-    """The start of the least travel during an angle of the input, and that travel; `travels` has N_STARTS numbers.
-
-    `start` is one that may be near. Every travel that starts in an interval is at least that of the angle which all of
-    them pass: so most intervals are left out.
-    """
-    step, wide = TURN / N_STARTS, TURN / N_INTERVALS
-    start, least = _least_between(motion, angle, start - step, start + step)
-    for k in range(N_INTERVALS):
-        first = k * (N_STARTS // N_INTERVALS)
-        if _least_bound(motion, angle, wide * k, wide) >= least:
-            for j in range(first, first + N_STARTS // N_INTERVALS):
-                travels[j] = math.inf
-            continue
-        for j in range(first, first + N_STARTS // N_INTERVALS):
-            travels[j] = travel(motion, step * j, angle)
-            if travels[j] < least:
-                start, least = step * j, travels[j]
-    for k in range(N_STARTS):
-        is_lowest = travels[k] < travels[k - 1] and travels[k] <= travels[(k + 1) % N_STARTS]
-        if is_lowest and _least_bound(motion, angle, step * (k - 1), 2.0 * step) < least:
-            found, value = _least_between(motion, angle, step * (k - 1), step * (k + 1))
-            if value < least:
-                start, least = found, value
-    return start, least
-
-
-@subroutine()
 def _least_bound(motion, angle, start, length):
-    """No travel that starts within a length from a start is less."""
+    """No travel that starts within a length from a start is less: all of them pass this part."""
     return travel(motion, start + length, angle - length) if angle > length else 0.0
 
 
 @subroutine()
-def longest_rest(motion, most, error, travels):
+def _fill_events(motion, angle, events):
+    """Fill the starts, in order, at which a dwell begins or ends where the output turns back; and the first once more.
+
+    Between two of them no reversal enters the dwell or leaves it. Give their number, with the last.
+    """
+    _, _, _, reversals, found = motion
+    for k in range(2 * found):
+        at = reversals[k // 2, 0] - (angle if k % 2 else 0.0)
+        at -= TURN * math.floor(at / TURN)
+        j = k
+        while j > 0 and events[j - 1] > at:
+            events[j] = events[j - 1]
+            j -= 1
+        events[j] = at
+    events[2 * found] = events[0] + TURN
+    return 2 * found + 1 if found else 0
+
+
+@subroutine()
+def least_travel(motion, angle, start, travels, events):
+    """The start of the least travel during an angle of the input, and that travel.
+
+    `start` is one that may be near; `travels` has N_STARTS numbers, `events` 2 MOST_REVERSALS + 1. Intervals of starts
+    are left out in which no travel is less. Those between two events that are nearer than starts are searched alone.
+    """
+    step, wide, share = TURN / N_STARTS, TURN / N_INTERVALS, N_STARTS // N_INTERVALS
+    start, least = _least_between(motion, angle, start - step, start + step)
+    for k in range(N_INTERVALS):
+        leaves_out = _least_bound(motion, angle, wide * k, wide) >= least
+        for j in range(k * share, (k + 1) * share):
+            travels[j] = math.inf if leaves_out else travel(motion, step * j, angle)
+            if travels[j] < least:
+                start, least = step * j, travels[j]
+    for k in range(N_STARTS):  # the first after the last: an index of -1
+        if travels[k] < travels[k - 1] and travels[k] <= travels[(k + 1) % N_STARTS]:
+            start, least = _less_between(motion, angle, step * (k - 1), step * (k + 1), start, least)
+    for k in range(_fill_events(motion, angle, events) - 1):
+        if events[k + 1] - events[k] < 2.0 * step:
+            start, least = _less_between(motion, angle, events[k], events[k + 1], start, least)
+    return start, least
+
+
+@subroutine()
+def _less_between(motion, angle, low, high, start, least):
+    """The least travel, and its start, of one that is known and those between two starts."""
+    if _least_bound(motion, angle, low, high - low) < least:
+        found, value = _least_between(motion, angle, low, high)
+        if value < least:
+            return found, value
+    return start, least
+
+
+@subroutine()
+def longest_rest(motion, most, error, travels, events):
     """The longest angle of the input during which the output moves by `most`, its start and the bound of its error.
 
     The least travel never falls as the angle grows, so that the angle is between two. It is found by Chandrupatla's
@@ -162,14 +187,14 @@ def longest_rest(motion, most, error, travels):
     """
     start, whole = 0.0, travel(motion, 0.0, TURN)
     if whole <= most:
-        return TURN, start, 0.0
+        return TURN, start, 0.0 if whole + error <= most else TURN
     # the last angle, the one beyond the zero from it, and the one before, with what their travels are above `most`
     a, b, c = 0.0, TURN, TURN
     at_a, at_b, at_c = -most, whole - most, whole - most
     part, guess = 0.5, 0.0
     for _ in range(_MOST_ANGLES):
         angle = a + part * (b - a)
-        guess, value = least_travel(motion, angle, guess, travels)
+        guess, value = least_travel(motion, angle, guess, travels, events)
         value -= most
         if (value > 0.0) == (at_a > 0.0):
             c, at_c = a, at_a
