@@ -1,6 +1,8 @@
 """Strokes of linkages, the crank angles at which blocked ones assemble, and their size, by other roads."""
 
 import math
+import shutil
+import subprocess
 
 import mpmath
 import numpy as np
@@ -22,6 +24,8 @@ from linkage_cases import (
 import explore
 from explore import Linkage
 from explore.evaluation.evaluate import compile_kernels
+from explore.evaluation.quadrature.windows import LONGER, orient
+from explore.figures.reporting.javascript import translate
 from explore.mechanisms.linkages.metrics import REACH_NAMES
 from explore.mechanisms.linkages.statuses import NO_STROKES
 from explore.model.status import Status
@@ -120,6 +124,34 @@ def test_of_strokes_that_take_the_same_time_the_slow_one_is_backward_in_all_desi
     assert (table["time_ratio"] == 1.0).all()
     assert (table[metrics[1]] < 0.0).all()
     assert (table[metrics[2]] > 0.0).all()
+
+
+@pytest.mark.parametrize("output", EVEN)
+def test_a_page_tells_the_same_slow_stroke(output):
+    """Rounding told it there: of the sliders half had the forward one."""
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("node is not installed")
+    section, ranges = EVEN[output]
+    kernel = make_request(Linkage(section | {"output": output}).mechanism, metrics=["time_ratio"]).kernel
+    rng = np.random.default_rng(3)
+    designs = [
+        [*(float(rng.uniform(*ranges[name])) if name in ranges else BOOM_LENGTHS.get(name, 1.0) for name in names)]
+        for names in [[p.name for p in kernel.kernel_parameters]] * 100
+    ]
+    least, greatest = kernel.marks["least"], kernel.marks["greatest"]
+    script = f"""
+        const f = {translate(close=kernel.close, orient=orient)};
+        const starts = {designs}.map((design) => {{
+            const record = new Float64Array({kernel.record_rows});
+            record.set(design, {kernel.first_parameter});
+            f.close(record);
+            return f.orient({LONGER}, record[{least}], record[{greatest}])[0] === record[{greatest}];
+        }});
+        console.log(starts.every(Boolean));
+    """
+    run = subprocess.run([node], input=script, capture_output=True, text=True, check=True)
+    assert run.stdout == "true\n"
 
 
 def test_an_output_that_turns_fully_has_no_strokes():

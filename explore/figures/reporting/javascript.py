@@ -35,12 +35,13 @@ _PRELUDE = """const $spacing = (x) => {
   view.setBigInt64(0, view.getBigInt64(0) + 1n);
   return view.getFloat64(0) - Math.abs(x);
 };
+const $copysign = (a, b) => (b < 0 || Object.is(b, -0) ? -Math.abs(a) : Math.abs(a));
 const $remainder = (a, b) => a - b * Math.floor(a / b);
 """
 _BUILTIN: dict[Any, str] = {
     abs: "Math.abs", min: "Math.min", max: "Math.max", float: "Number", int: "Math.trunc", bool: "Boolean",
     np.int64: "Math.trunc", np.float64: "Number", math.isnan: "Number.isNaN", math.isfinite: "Number.isFinite",
-    math.fabs: "Math.abs",
+    math.fabs: "Math.abs", math.copysign: "$copysign",
     **{getattr(math, name): f"Math.{name}" for name in (
         "sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "expm1", "log", "log1p", "sinh", "cosh",
         "tanh", "asinh", "acosh", "atanh", "floor", "ceil", "trunc", "hypot",

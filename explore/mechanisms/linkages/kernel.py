@@ -196,8 +196,9 @@ class _Closing:
             *(page_code.node_function(program, word_of) if program else "null" for program in of_nodes),
         ]
         return page_code.close_function(
-            name, word_of(close_designs), self.sizes, (self.blocked, self.starts), functions
-        )
+            name, word_of, self.sizes, (self.blocked, self.starts), functions,
+            page_code.disturbed_function(self.reversals, word_of),
+        )  # fmt: skip
 
 
 def _present(of_nodes: Mapping[str, Program]) -> list[str]:

@@ -39,7 +39,7 @@ def bound_marks(record, ratio_row, disturbed_rate):
     `disturbed_rate` fills the output's rate and its slope by the angle.
     """
     tangents, rates, errors = np.empty(NODES * LANES), np.empty(2 * NODES * LANES), np.zeros(LANES)
-    for row in (LEAST_ROW, GREATEST_ROW):
+    for row in range(LEAST_ROW, GREATEST_ROW + 1):
         repeat_mark(record[row * LANES :], tangents)
         disturbed_rate(record, tangents, 0, 0, 0, NODES, 1, rates)
         add_error(rates, errors)

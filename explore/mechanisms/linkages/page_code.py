@@ -5,12 +5,14 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from explore.base.lanes.arctangent import arctangent
+from explore.base.lanes.disturbance import FACTORS, OF_TANGENTS, PERIOD, STEP
 from explore.base.lanes.elementary import exact_sum
-from explore.mechanisms.linkages.closing import Sizes
+from explore.mechanisms.linkages.closing import Sizes, close_designs
 from explore.mechanisms.linkages.degrees import cosine_of_degrees, degrees_of, sine_of_degrees, tangent_of_degrees
 from explore.mechanisms.linkages.following import GROUP_ROWS, follow
 from explore.mechanisms.linkages.graph import FOLLOWS, PARTS, SENSES
-from explore.mechanisms.linkages.programs import Operation, Program
+from explore.mechanisms.linkages.mark_errors import bound_marks
+from explore.mechanisms.linkages.programs import EXACT, Operation, Program
 
 #: Function that gives the word of JavaScript for a function of Python.
 WordOf = Callable[[Any], str]
@@ -46,6 +48,15 @@ def fill_function(name: str, program: Program, word_of: WordOf, before: str = ""
     )
 
 
+def disturbed_function(program: Program, word_of: WordOf) -> str:
+    """A function as `fill_function` gives, of disturbed operations."""
+    head = f"(read, tangents, anchor, law, variant, count, needs, out) => {{\nconst factors = {FACTORS.tolist()};"
+    factor = f"const factor = {STEP} * j % {PERIOD}, written = out.subarray(j * {len(program.writes)});"
+    node = f"const tangent = tangents[j] * ({OF_TANGENTS} * factors[factor] - {OF_TANGENTS - 1.0});"
+    lines = _lines(program, word_of, is_disturbed=True)
+    return "\n".join([head, "for (let j = 0; j < count; j++) {", factor, node, *lines, "}", "}"])
+
+
 def close_function_after(name: str, called: str, design: str, constants: int, own: int) -> str:
     """A function as `vector_code.close_function_after`."""
     lines = [f"{called}(record.subarray({own}));", f"record.copyWithin(0, {own}, {own + constants});"]
@@ -53,15 +64,19 @@ def close_function_after(name: str, called: str, design: str, constants: int, ow
 
 
 def close_function(
-    name: str, called: str, sizes: Sizes, tables: Sequence[Sequence[float]], functions: Sequence[str]
-) -> str:
-    """A function of a record, which calls `closing.close_designs` with these arguments."""
+    name: str, word_of: WordOf, sizes: Sizes, tables: Sequence[Sequence[float]], functions: Sequence[str],
+    disturbed_rate: str,
+) -> str:  # fmt: skip
+    """A function of a record, as `calling_code.close_function`."""
     members = ", ".join(f"{key}: {value}" for key, value in sizes._asdict().items())
     passed = ", ".join([*(f"new Float64Array({list(each)})" for each in tables), *functions])
-    return f"function {name}(record) {{\n{called}(record, {{{members}}}, {passed});\n}}"
+    lines = [f"{word_of(close_designs)}(record, {{{members}}}, {passed});"]
+    if sizes.has_strokes:
+        lines.append(f"{word_of(bound_marks)}(record, {sizes.interval + 2}, {disturbed_rate});")
+    return "\n".join([f"function {name}(record) {{", *lines, "}"])
 
 
-def _lines(program: Program, word_of: WordOf) -> Iterator[str]:
+def _lines(program: Program, word_of: WordOf, *, is_disturbed: bool = False) -> Iterator[str]:
     texts = {k: f"read[{row}]" for k, row in program.reads.items()}
     texts |= {k: _literal(value) for k, value in program.literals.items()}
     for operation in program.operations:
@@ -71,7 +86,10 @@ def _lines(program: Program, word_of: WordOf) -> Iterator[str]:
             first = program.first_group + FOLLOWS.index(operation.name) * GROUP_ROWS
             passed = f"read, {first}, 1, [{parts[0]}], [{parts[1]}], {texts[k]}rows"
             yield f"const {texts[k]}rows = new Float64Array({1 + len(PARTS)});\n{word_of(follow)}({passed});"
-        yield f"const {texts[k]} = {_expression(operation, parts, word_of, texts[k])};"
+        value = _expression(operation, parts, word_of, texts[k])
+        if is_disturbed and k >= 0 and operation.name not in EXACT:
+            value = f"({value}) * factors[factor + {k % PERIOD}]"
+        yield f"const {texts[k]} = {value};"
     for row, k in program.writes:
         yield f"written[{row}] = {texts[k]};"
 
