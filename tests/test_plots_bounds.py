@@ -169,6 +169,16 @@ def test_bounds_of_a_window_are_drawn_along_it(sweep, window):
     assert len(limit_lines(charts_of(motion_chart(results, design=0))["angular velocity [rad/s]"])) == 2
 
 
+def test_a_bound_on_a_peak_is_one_on_both_sides(sweep):
+    """The largest magnitude; that it shall be at least something says nothing of the rest of a curve."""
+    constraints = "rocker_velocity_peak_return = { max = 2 }\nrocker_acceleration_peak = { min = 1 }"
+    bounds = signal_bounds(sweep("cycle", (), constraints), CRANK_ROCKER)
+    assert bounds == [
+        SignalBound("rocker_velocity", "min", -2.0, stroke="return"),
+        SignalBound("rocker_velocity", "max", 2.0, stroke="return"),
+    ]
+
+
 def test_bounds_on_the_worst_angle_and_on_peaks_of_the_test_rig(sweep):
     constraints = (
         "transmission_angle_worst = { min = 40 }\npin_force_peak = { max = 9e4 }\ndrive_torque_peak = { max = 500 }"

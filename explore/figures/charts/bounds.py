@@ -105,7 +105,7 @@ def _bounds_of_metric(
             yield SignalBound(metric.worst_of, "min", low)
             yield SignalBound(metric.worst_of, "max", 180.0 - low)
     elif isinstance(metric, DerivedMetric) and "_peak" in metric.name and high is not None:
-        for part in metric.sampled:  # a peak is the largest magnitude
+        for part in metric.sampled:
             yield from _bounds_of_extreme(part, {"min": -high, "max": high})
     elif isinstance(metric, SampledMetric):
         yield from _bounds_of_extreme(metric, sides)
@@ -122,8 +122,11 @@ def _bounds_of_extreme(metric: SampledMetric, sides: Mapping[Side, float | None]
     if window.name == "interval":  # may begin at any input angle, but is drawn in the turn that begins at 0
         start = float(window.start % 360)
         span = (start, start + float(window.length))
+    if metric.statistic == "peak":  # the largest magnitude
+        high = sides["max"]
+        sides = {} if high is None else {"min": -high, "max": high}
     for side, value in sides.items():
-        if metric.statistic == side and value is not None:
+        if metric.statistic in (side, "peak") and value is not None:
             stroke = window.name if window.kind in _STROKE_KINDS else ""
             yield SignalBound(metric.signal.name, side, value, span, stroke)
 
