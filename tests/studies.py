@@ -40,7 +40,28 @@ r = [20, 30]
 b = 90
 c = 80
 """
-#: What may follow it: a path for its point, and an angle at which the linkage lies.
+#: Two slider-cranks that friction locks: at some crank angles, and at all of them.
+LOCKED = """mechanism = "linkage"
+[linkage]
+driver = "crank"
+[linkage.frame]
+O = [0, 0]
+[linkage.links]
+crank = { O = 0, A = "r" }
+rod = { A = 0, B = "l" }
+[linkage.slots]
+guide = { pin = "B", link = "frame", along = ["O", [1, 0]] }
+[linkage.branch]
+B = "far"
+[linkage.loads]
+opposing = { guide = 50 }
+friction = { guide = "mu", A = { coefficient = 0.1, radius = 5 } }
+[parameters]
+r = 50
+l = 60
+mu = [0.9, 2.5]
+"""
+#: What may follow TABLE: a path for its point, and an angle at which the linkage lies.
 TARGET = """ground_angle = 10
 [target]
 kind = "path"

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from studies import LOCKED, sweep_text
 
 import explore
 from explore.figures.charts.mechanism import mechanism_figure
-from explore.figures.charts.motion import clutch_output, motion_figure
+from explore.figures.charts.motion import clutch_output, motion_chart, motion_figure
 from explore.figures.charts.style import new_figure, save_figure, write_heading
 from explore.figures.charts.turn import TURN
 from explore.figures.simulation import SimulatedDesign
@@ -31,6 +32,16 @@ def simulated_design(design, **facts):
 
 def limits_of(design, window, drive="slow"):
     return window_limits(CRANK_ROCKER, {name: np.array([value]) for name, value in design.items()}, window, drive)
+
+
+def test_forces_that_friction_locks_are_left_out(tmp_path):
+    """At some crank angles, and at all."""
+    results = sweep_text(tmp_path, LOCKED, "locked")
+    for design, is_drawn in enumerate((True, False)):
+        chart = next(each for each in motion_chart(results, design=design).axes if "drive torque" in each.get_ylabel())
+        values = chart.get_lines()[0].get_ydata()
+        assert np.isnan(values).any()
+        assert np.isfinite(values).any() == is_drawn
 
 
 @pytest.mark.parametrize("anchor", [0.0, 90.0, 190.0, 275.0])

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
-from studies import TABLE, TARGET, sweep_text
+from studies import LOCKED, TABLE, TARGET, sweep_text
 
 import explore
 from browser.chromium import settle, silent_page
@@ -315,6 +315,33 @@ def test_curves_show_the_limit_lines_and_strokes_of_the_study(browser, tmp_path,
                 length = max(row[2] for row in rows) - min(row[1] for row in rows)
                 shortest, longest = lines[title]
                 assert shortest - 0.2 < length < longest
+
+
+def test_curves_end_where_friction_locks(browser, tmp_path):
+    """No line joins what lies beside a gap, and a curve without values does not say that the output turns."""
+    locked = sweep_text(tmp_path, LOCKED, "locked")
+    with silent_page(browser, report_of(locked.path), viewport={"width": 1400, "height": 1800}) as page:
+        coloured = page.evaluate(
+            """() => {
+                exploreReport.page.shared.chosen.set(0);
+                const figures = [...document.querySelectorAll(".curve")];
+                const canvas = figures.find(f => f.textContent.startsWith("drive torque")).querySelector("canvas");
+                const { width, height } = canvas, { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+                const isColoured = (x, y) => {
+                    const [r, g, b] = data.subarray(4 * (y * width + x));
+                    return Math.max(r, g, b) - Math.min(r, g, b) > 60;
+                };
+                const rows = Array.from({ length: height }, (_, y) => y);
+                const columns = Array.from({ length: width - 50 }, (_, x) => rows.some((y) => isColoured(x + 42, y)));
+                return columns.filter(Boolean).length / columns.length;
+            }"""
+        )
+        page.evaluate("exploreReport.page.shared.chosen.set(1)")
+        label = page.locator(".curve", has_text="drive torque").locator("canvas").get_attribute("aria-label")
+    linkage, design = explore.Linkage(locked.sections["linkage"]), {"r": 50.0, "l": 60.0, "mu": 0.9}
+    torque = explore.simulate(linkage, design, angles=3600)["drive_torque"]
+    assert coloured == pytest.approx(np.isfinite(torque).mean(), abs=0.05)
+    assert label == "drive torque: no value at any input angle"
 
 
 def saved(page, text):

@@ -151,7 +151,8 @@ def _set_value_axis(chart: Axes, limits: tuple[float, ...], unit: str, is_magnit
     bottom, top = chart.get_ylim()
     if is_magnitude:
         # Forces that hardly vary lie below the top of the axis, and the legend above them.
-        largest = max((float(np.max(line.get_ydata())) for line in chart.get_lines()), default=0.0)
+        curves = [np.asarray(line.get_ydata(), float) for line in chart.get_lines()]
+        largest = max((float(np.max(each, where=np.isfinite(each), initial=0.0)) for each in curves), default=0.0)
         chart.set_ylim(0.0, 1.25 * largest or 1.0)
     elif bottom < 0.0 < top and unit != "deg":
         chart.axhline(0.0, color=INK, lw=0.6)

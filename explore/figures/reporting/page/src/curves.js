@@ -46,7 +46,8 @@ function draw(kind, canvas, value, degrees, width) {
   if (!all.length) {
     context.fillStyle = colour.muted;
     context.font = "12px system-ui, sans-serif";
-    context.fillText("the output turns fully: no stroke", MARGIN.left, HEIGHT / 2);
+    context.fillText(kind.empty, MARGIN.left, HEIGHT / 2);
+    canvas.setAttribute("aria-label", `${kind.title}: ${kind.empty}`);
     value.textContent = "";
     return;
   }
@@ -66,7 +67,8 @@ function draw(kind, canvas, value, degrees, width) {
     context.lineWidth = 1.7;
     context.setLineDash(dash);
     context.beginPath();
-    angles.forEach((angle, k) => context.lineTo(x(angle), y(values[k])));
+    // A canvas leaves out what is no number, and would join what lies beside it.
+    angles.forEach((angle, k) => context[Number.isFinite(values[k - 1]) ? "lineTo" : "moveTo"](x(angle), y(values[k])));
     context.stroke();
   }
   context.setLineDash([]);

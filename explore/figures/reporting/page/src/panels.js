@@ -11,8 +11,9 @@ const PAIR = ["orange", "blue"],
 /**
  * The panels of a design: the distance from the target where there is one, then those that the mechanism declares.
  * @param {{motion: Object, turn: Object, drawing: ?Object}} one its `turn` is from `overTheTurn`
- * @returns {Array<{title: string, unit: string, factor: number, fullTurn: number, fromZero: boolean, motion: Object, traces: Array}>} each
- *   trace with the signal, its colour, dash, marker and label, its values over the turn and those at an input angle
+ * @returns {Array<{title: string, unit: string, factor: number, fullTurn: number, fromZero: boolean, motion: Object, traces: Array, empty: string}>}
+ *   each trace with the signal, its colour, dash, marker and label, its values over the turn and those at an input angle;
+ *   `empty` says why there is none
  */
 export function panelsOf(one) {
   const { motion, turn } = one;
@@ -26,7 +27,8 @@ export function panelsOf(one) {
     const lines = rectified ? clutchLines(motion, rectified) : linesOf(panel.signals, place);
     const traces = lines.map((line) => traceOf(line, factor, motion, turn));
     const fromZero = panel.magnitude || Boolean(rectified && stroke);
-    return { title, unit, factor, fullTurn, fromZero, motion, traces };
+    const empty = rectified ? "the output turns fully: no stroke" : "no value at any input angle";
+    return { title, unit, factor, fullTurn, fromZero, motion, traces, empty };
   });
   const ofTarget = targetPanel(one);
   return ofTarget ? [ofTarget, ...panels] : panels;
