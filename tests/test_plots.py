@@ -6,7 +6,7 @@ import shutil
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from studies import sweep_text
+from studies import TABLE, sweep_text
 
 import explore
 from explore.base.errors import ExploreError, RequestError
@@ -201,6 +201,23 @@ def test_the_option_design_chooses_a_design(results_of):
     assert "design 7" in star.get_label()
     row = results.design(7)
     assert np.array_equal(np.ravel(star.get_data()), [row["cv"], row["swing_angle"]], equal_nan=True)
+
+
+def test_feasible_designs_without_values_are_told(tmp_path):
+    """Designs that assemble over one interval have no second one: they are counted, and their lines are seen."""
+    metrics = ["rocker_velocity_max", "rocker_velocity_min", "assembles_from_1", "assembles_from_2"]
+    rank = '[rank]\nmetrics = ["rocker_velocity_max", "rocker_velocity_min:max"]\n'
+    results = sweep_text(tmp_path, f"{TABLE}[evaluate]\nmetrics = {metrics}\n{rank}", "one")
+    assert results.to_pandas()["feasible"].all()
+    (panel,) = pareto_chart(results, x="assembles_from_1", y="assembles_from_2").axes
+    labels = [str(line.get_label()) for line in panel.get_lines()]
+    (front,) = [label for label in labels if label.startswith("Pareto set")]
+    assert "feasible: 0 (and 2 without values)" in labels
+    assert front.endswith(": 0 (and 1 without values)")
+    figure = parallel_chart(results, metric="assembles_from_2")
+    FigureCanvasAgg(figure).draw()
+    (lines,) = [each for each in figure.axes[0].collections if each.get_label() == "Pareto set"]
+    assert (lines.get_edgecolor()[:, 3] > 0.0).all()
 
 
 def test_many_designs_become_a_density_that_counts_all_within_the_axes(results_of):

@@ -140,11 +140,13 @@ def _draw_others(panel: Axes, lines: FloatArray) -> None:
 
 def _draw_optimal(figure: Figure, panel: Axes, lines: FloatArray, ranking: Ranking, colour: Column) -> None:
     """Draw coloured lines with their scale, and the best design; heights from 0 to 1, shape (lines, axes)."""
+    from matplotlib import colormaps
     from matplotlib.collections import LineCollection
 
     values = ranking.frame[colour.name].to_numpy(float)[spread(len(ranking.frame), _MAX_OPTIMAL)]
     # The ranking lists the best design first; it is drawn last, above the others.
-    collection = LineCollection(_paths(lines[::-1]), array=values[::-1], cmap="viridis", lw=1.1,
+    colours = colormaps["viridis"].with_extremes(bad=INK)  # without a value it would be transparent
+    collection = LineCollection(_paths(lines[::-1]), array=values[::-1], cmap=colours, lw=1.1,
                                 alpha=opacity(len(lines), _OPAQUE_OPTIMAL), zorder=2, label="Pareto set",
                                 rasterized=True)  # fmt: skip
     panel.add_collection(collection)

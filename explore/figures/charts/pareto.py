@@ -121,7 +121,7 @@ def draw_designs(
         if kinds and shows_kinds:
             draw_kinds(panel, points[feasible], frame[kinds.name].to_numpy()[feasible], kinds)
         else:
-            _draw_feasible(figure, panel, points[feasible], ranking)
+            _draw_feasible(figure, panel, points[feasible])
     _draw_front(panel, front, ranking, (x, y), least_size=_RING if shows_kinds else 2.0)
     if chosen is not None:
         _mark_design(panel, chosen)
@@ -195,13 +195,20 @@ def _nearest_in_cells(panel: Axes, points: FloatArray, violation: FloatArray) ->
     return np.column_stack([(x[i] + x[i + 1]) / 2.0, (y[j] + y[j + 1]) / 2.0]), least[i, j]
 
 
-def _draw_feasible(figure: Figure, panel: Axes, points: FloatArray, ranking: Ranking) -> None:
+def _with_values(points: FloatArray) -> tuple[FloatArray, str]:
+    """Those points that have both values, (k, 2), and their number in words, with that of the others if any."""
+    shown = points[np.isfinite(points).all(axis=1)]
+    left_out = f" (and {len(points) - len(shown):,} without values)" if len(shown) < len(points) else ""
+    return shown, f"{len(shown):,}{left_out}"
+
+
+def _draw_feasible(figure: Figure, panel: Axes, points: FloatArray) -> None:
     """Draw dots, or of many designs their number in each cell."""
     from matplotlib.colors import LinearSegmentedColormap, LogNorm
     from matplotlib.ticker import LogFormatter
 
-    points = points[np.isfinite(points).all(axis=1)]
-    label = f"feasible: {ranking.tally.n_ranked:,}"
+    points, count = _with_values(points)
+    label = f"feasible: {count}"
     if len(points) < DENSITY_THRESHOLD:
         size = float(np.clip(240.0 / np.sqrt(max(len(points), 1)), 2.2, 7.0))
         panel.plot(*points.T, ".", color=INK, ms=size, mew=0, ls="", zorder=2, rasterized=True)
@@ -220,15 +227,16 @@ def _draw_front(panel: Axes, front: FloatArray, ranking: Ranking, names: tuple[s
     """Draw rings; if the axes are all the objectives, joined by the border of the dominated region."""
     if len(front) == 0:
         return
+    front, count = _with_values(front)
     senses = {o.metric: o.sense for o in ranking.objectives}
     line: dict[str, Any] = {"ls": ""}
     if set(senses) == set(names):
         front = front[np.argsort(front[:, 0], kind="stable")]
         line = {"drawstyle": "steps-post" if senses[names[0]] == "min" else "steps-pre", "lw": 1.2}
     objectives = ", ".join(f"{metric} ({sense})" for metric, sense in senses.items())
-    size = float(np.clip(60.0 / np.sqrt(len(front)), least_size, max(least_size, 6.0)))
+    size = float(np.clip(60.0 / np.sqrt(max(len(front), 1)), least_size, max(least_size, 6.0)))
     panel.plot(*front.T, color=BLUE, marker="o", ms=size, mfc="white" if size > 3.5 else BLUE, mew=1.1, zorder=3,
-               label=f"Pareto set in {objectives}: {len(front):,}", **line)  # fmt: skip
+               label=f"Pareto set in {objectives}: {count}", **line)  # fmt: skip
 
 
 def _mark_design(panel: Axes, chosen: pd.DataFrame) -> None:
@@ -256,5 +264,6 @@ def draw_kinds(panel: Axes, points: FloatArray, codes: np.ndarray, column: Colum
         own = points[codes == code]
         if not len(own):
             continue
-        text = f"feasible, {column.name} {label.replace('_', ' ')}: {len(own):,}"
+        own, count = _with_values(own)
+        text = f"feasible, {column.name} {label.replace('_', ' ')}: {count}"
         panel.plot(*own.T, ls="", marker=marker, color=colour, ms=5, mew=0, zorder=3.5, label=text)
