@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 from store_files import unseal
+from studies import TABLE, sweep_text
 
 import explore
 from explore.base.errors import ResultsError
@@ -16,6 +17,7 @@ from explore.figures.charts.turn import TURN
 from explore.figures.reporting.contents import collect_contents
 from explore.figures.simulation import simulate_design
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
+from explore.studies.config.linkage import mechanism_of
 from explore.studies.request.names import find_mechanism
 
 STUDY = """mechanism = "{mechanism}"
@@ -176,6 +178,18 @@ def test_a_bound_on_a_peak_is_one_on_both_sides(sweep):
     assert bounds == [
         SignalBound("rocker_velocity", "min", -2.0, stroke="return"),
         SignalBound("rocker_velocity", "max", 2.0, stroke="return"),
+    ]
+
+
+def test_a_bound_on_the_transmission_angles_of_a_table_is_one_on_each_joint(tmp_path):
+    links = "second = { P = 0, E = 60 }\narm = { C = 0, E = 70 }\n[linkage.sketch]\nE = [120, 70]"
+    text = TABLE.replace("[linkage.sketch]", links)
+    results = sweep_text(tmp_path, text + "[constraints]\ntransmission_angle_min = { min = 20 }\n")
+    bounds = signal_bounds(results, mechanism_of(results))
+    assert bounds == [
+        SignalBound(f"{joint}_transmission_angle", side, value)
+        for joint in "BE"
+        for side, value in (("min", 20.0), ("max", 160.0))
     ]
 
 

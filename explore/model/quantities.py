@@ -258,6 +258,8 @@ class Formula(Quantity):
         Parameters among the inputs that a design may leave at 0, and metrics that it may lack for want of strokes.
     selects_one
         Whether the value is one of the inputs, such as the largest.
+    is_folded
+        Whether it is the smallest of angles and of 180 deg less them, whose extremes are the inputs.
     is_proportional
         Whether it is in proportion to its first input, so that its error is relative to what that of the input is.
     rounding
@@ -272,6 +274,7 @@ class Formula(Quantity):
     alternatives: tuple[str, ...] = ()
     optional: tuple[str, ...] = ()
     selects_one: bool = False
+    is_folded: bool = False
     is_proportional: bool = False
     rounding: Callable[..., FloatArray] | None = None
     scale: Callable[..., FloatArray] | None = None

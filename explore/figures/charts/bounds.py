@@ -104,6 +104,9 @@ def _bounds_of_metric(
         if low is not None:
             yield SignalBound(metric.worst_of, "min", low)
             yield SignalBound(metric.worst_of, "max", 180.0 - low)
+    elif isinstance(metric, DerivedMetric) and metric.formula.is_folded and low is not None:
+        for part in metric.sampled:
+            yield from _bounds_of_extreme(part, {"min": low, "max": 180.0 - low})
     elif isinstance(metric, DerivedMetric) and "_peak" in metric.name and high is not None:
         for part in metric.sampled:
             yield from _bounds_of_extreme(part, {"min": -high, "max": high})

@@ -62,6 +62,7 @@ def _transmission_angle(names: Sequence[str], window: str) -> tuple[Formula, ...
             tuple(f"{joint}_{extreme}_{window}" for joint in joints for extreme in ("min", "max")),
             _fold,
             selects_one=True,
+            is_folded=True,
         ),
     )
 
