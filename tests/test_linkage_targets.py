@@ -122,6 +122,21 @@ def test_designs_that_do_not_turn_have_no_path():
     assert np.isfinite(found["path_error_rms"]).tolist() == [True, False]
 
 
+@pytest.mark.parametrize("metric", ["path_error_rms", "pose_error_rms", "doubled"])
+def test_cranks_that_move_over_an_interval_alone_have_no_errors_and_are_not_feasible(metric):
+    places = [[40, 30, 0], [60, 40, 5], [80, 20, 10]]
+    target = {"kind": "path", "point": "M", "points": [place[:2] for place in places]}
+    if metric == "pose_error_rms":
+        target = {"kind": "poses", "point": "M", "poses": places}
+    request = {"window": {"from": -20, "to": 20}, "target": target, "metrics": [metric, "rocker_velocity_peak"]}
+    if metric == "doubled":
+        request["formulas"] = {"doubled": {"formula": "2 * path_error_rms", "unit": "mm"}}
+    designs = {"r1": [30, 60], "r2": 85, "r3": 50, "r4": 100, "along": 20, "across": 10}
+    found = explore.evaluate(explore.Linkage(COUPLER), designs, **request)
+    assert np.isfinite(found[metric]).tolist() == found["feasible"].tolist() == [True, False]
+    assert found.attrs["labels"]["status"][found["status"][1]] == "crank_blocked_at_B"
+
+
 def test_a_linkage_with_a_target_is_pickled():
     linkage = explore.Linkage(COUPLER)
     target = {"kind": "path", "point": "M", "points": [[0, 0], [10, 5], [20, 0]]}

@@ -266,6 +266,8 @@ class Formula(Quantity):
         Bound of the absolute error by roundings in the function, from the inputs; by default 1e-15 of the value.
     scale
         What the error is relative to, from the inputs; by default the value.
+    needs_turn
+        Whether the function samples the motion itself, over the full turn.
     """
 
     sense: Sense | None
@@ -278,6 +280,7 @@ class Formula(Quantity):
     is_proportional: bool = False
     rounding: Callable[..., FloatArray] | None = None
     scale: Callable[..., FloatArray] | None = None
+    needs_turn: bool = False
 
 
 @dataclass(frozen=True)
@@ -300,6 +303,12 @@ class DerivedMetric(Quantity):
     def sampled(self) -> tuple[SampledMetric, ...]:
         """The sampled metrics it depends on."""
         return tuple(part for part in self.parts if isinstance(part, SampledMetric))
+
+    @property
+    def needs_turn(self) -> bool:
+        """Whether its formula, or one that it depends on, samples the full turn."""
+        derived = [each for each in self.inputs if isinstance(each, DerivedMetric)]
+        return self.formula.needs_turn or any(each.needs_turn for each in derived)
 
 
 @dataclass(frozen=True)

@@ -109,9 +109,11 @@ class Request:
 
     @cached_property
     def interval(self) -> Window | None:
-        """The explicit interval that is asked about; None where a statistic is over another window."""
+        """The explicit interval that is asked about; None where a statistic or a formula is over another window."""
         windows = {metric.window for metric in self.sampled}
-        return self.window if windows <= {self.window} and self.window.name == "interval" else None
+        if self.window.name != "interval" or not windows <= {self.window}:
+            return None
+        return None if any(metric.needs_turn for metric in self.derived) else self.window
 
     @cached_property
     def needs_stroke(self) -> bool:
