@@ -82,6 +82,9 @@ def test_functions_of_a_group_are_undefined_where_the_crank_does_not_turn():
     assert 5 < turns.sum() < 56
     for name in ("output_error_rms", "output_error_max"):
         np.testing.assert_array_equal(np.isfinite(table[name]), turns)
+    window = {"from": 0, "to": 60}
+    within = explore.evaluate(linkage, designs, target=target, metrics=["output_error_rms"], window=window)
+    np.testing.assert_array_equal(np.isfinite(within["output_error_rms"]), within["feasible"])
     design = {name: float(np.atleast_1d(column)[0]) for name, column in designs.items()}
     angles = explore.simulate(linkage, design, angles=[0, 30, 60])["rocker_angle"].to_numpy()
     missed = (angles - [0, 12, 31] + 180) % 360 - 180
@@ -122,12 +125,14 @@ def test_designs_that_do_not_turn_have_no_path():
     assert np.isfinite(found["path_error_rms"]).tolist() == [True, False]
 
 
-@pytest.mark.parametrize("metric", ["path_error_rms", "pose_error_rms", "doubled"])
+@pytest.mark.parametrize("metric", ["path_error_rms", "pose_error_rms", "doubled", "dwell_error", "dwell_start"])
 def test_cranks_that_move_over_an_interval_alone_have_no_errors_and_are_not_feasible(metric):
     places = [[40, 30, 0], [60, 40, 5], [80, 20, 10]]
     target = {"kind": "path", "point": "M", "points": [place[:2] for place in places]}
     if metric == "pose_error_rms":
         target = {"kind": "poses", "point": "M", "poses": places}
+    if metric.startswith("dwell"):
+        target = {"kind": "dwell", "angle": 60}
     request = {"window": {"from": -20, "to": 20}, "target": target, "metrics": [metric, "rocker_velocity_peak"]}
     if metric == "doubled":
         request["formulas"] = {"doubled": {"formula": "2 * path_error_rms", "unit": "mm"}}

@@ -20,6 +20,10 @@ class Motion(Protocol):
     def inputs(self) -> tuple[str, ...]:
         """Names of parameters and metrics that the shapes of designs follow from."""
 
+    @property
+    def needs_turn(self) -> bool:
+        """Whether designs whose crank does not turn fully have no motion."""
+
     def function(self) -> Any:
         """The compiled function, of the signature of `mechanisms.targets.path_errors.curve`."""
 

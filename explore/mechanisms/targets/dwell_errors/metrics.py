@@ -58,10 +58,11 @@ class DwellFormulas:
         if target.angle:
             about = f"least travel of the {self.name} while the crank turns by the angle of the dwell"
             first = Formula("dwell_error", unit, about, "min", inputs, measure(VALUE, factor),
-                            rounding=measure(ERROR, factor), scale=measure(SCALE, factor))  # fmt: skip
+                            rounding=measure(ERROR, factor), scale=measure(SCALE, factor), needs_turn=True)  # fmt: skip
         else:
             about = f"longest turn of the crank in which the {self.name} moves by no more than the travel of the dwell"
             first = Formula("dwell_angle", "deg", about, "max", inputs, measure(VALUE, _DEGREES),
-                            rounding=measure(ERROR, _DEGREES), scale=measure(SCALE, _DEGREES))  # fmt: skip
+                            rounding=measure(ERROR, _DEGREES), scale=measure(SCALE, _DEGREES),
+                            needs_turn=True)  # fmt: skip
         about = "crank angle at which the dwell starts, the middle of those that serve as well"
-        return first, Formula("dwell_start", "deg", about, None, inputs, measure(BEGIN, _DEGREES))
+        return first, Formula("dwell_start", "deg", about, None, inputs, measure(BEGIN, _DEGREES), needs_turn=True)

@@ -56,6 +56,7 @@ class FunctionFormulas:
         inputs = (*self.motion.inputs, *(parameter.name for parameter in STARTS))
         return tuple(
             Formula(name, "deg", about.format(self.name), "min", inputs,
-                    TargetMeasure(_measure_functions, self.motion, target, row, _DEGREES))
+                    TargetMeasure(_measure_functions, self.motion, target, row, _DEGREES),
+                    needs_turn=self.motion.needs_turn)
             for name, (about, row) in _ABOUT.items()
         )  # fmt: skip

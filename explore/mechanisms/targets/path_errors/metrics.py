@@ -93,12 +93,12 @@ class PathFormulas:
         inputs = (*motion.inputs, *PLACE)
         measures = tuple(
             Formula(name, unit, about.format(target.point), "min" if unit == "mm" else None, inputs,
-                    TargetMeasure(measure_paths, motion, target, row, factor), needs_turn=True)
+                    TargetMeasure(measure_paths, motion, target, row, factor), needs_turn=motion.needs_turn)
             for name, (unit, about, row, factor) in _ABOUT.items()
         )  # fmt: skip
         shapes = tuple(
             Formula(name, "mm", about.format(target.point), "min", inputs,
-                    TargetMeasure(_measure_traced, motion, target, row), needs_turn=True)
+                    TargetMeasure(_measure_traced, motion, target, row), needs_turn=motion.needs_turn)
             for name, (about, row) in _ABOUT_SHAPES.items()
         )  # fmt: skip
         return (*measures, *shapes)

@@ -67,6 +67,6 @@ class PoseFormulas:
         about = _ABOUT | (_ABOUT_SPAN if target.order == "given" else {})
         return tuple(
             Formula(name, unit, text.format(target.point), None if row == SPAN else "min", inputs,
-                    TargetMeasure(measure_posed, motion, target, row, factor), needs_turn=True)
+                    TargetMeasure(measure_posed, motion, target, row, factor), needs_turn=motion.needs_turn)
             for name, (unit, text, row, factor) in about.items()
         )  # fmt: skip
