@@ -21,15 +21,16 @@ def read_dwell_target(
     before = len(problems)
     note_unknown_keys(entries, _KEYS, problems)
     given = [key for key in _KEYS[1:] if key in entries]
-    unit = mechanism.targets[DwellTarget.kind].formulas(DwellTarget(angle=60.0))[0].unit  # of the travel
     if len(problems) > before:
         return None
     if len(given) != 1:
         both = "'angle' and 'travel' are given; leave out one of the two" if given else "write an angle or a travel"
         problems.append((tuple(given[1:]), f"{both}: how far the output moves in a dwell, or how long it rests"))
         return None
-    key = given[0]
-    unit, most, limits = ("deg", 360.0, "between 0 and 360 deg") if key == "angle" else (unit, inf, "above 0")
+    key, of_angle = given[0], mechanism.targets[DwellTarget.kind].formulas(DwellTarget(angle=60.0))
+    unit, most, limits = "deg", 360.0, "between 0 and 360 deg"
+    if key == "travel":
+        unit, most, limits = of_angle[0].unit, inf, "above 0"
     try:
         value = quantity(entries[key], unit)
     except RequestError as error:

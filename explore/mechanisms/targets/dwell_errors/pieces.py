@@ -19,15 +19,17 @@ MOST_PIECES = 4096
 #: Records that wait while pieces are halved, and two more.
 STACK_SIZE = _MOST_HALVINGS + 3
 #: Accepted difference in the middle of a piece, over the travel of the output.
-_ACCEPTED = 1e-11
+_ACCEPTED = 3e-12
 #: Difference over the travel below which one that hardly falls as a piece is halved is rounding.
 _NOISE = 1e-9
-#: Length of pieces that are always halved, rad: the difference in their middle may be small by chance.
+#: Length of pieces, rad, above which a difference is no rounding: it may have been small by chance before.
 _LONG = TURN / 384
 #: Part of itself that a difference falls to where a piece is halved, by the order of the polynomials.
 _ORDER = 2.0**-6
 #: Part of itself that a difference falls to, at least, while it is not rounding.
 _FALL = 0.25
+#: Largest error of halves over the difference of the whole: 2^-6, and where that is small by chance up to a quarter.
+_OF_HALVES = 0.5
 #: Rounding of the output, over its size.
 _ROUNDING = 4e-16
 
@@ -68,12 +70,17 @@ def _difference(turns, left, right):
 
 @subroutine()
 def _miss(turns, left, middle, right):
-    """Difference of the polynomial of a whole piece from the output in its middle."""
-    length = right[_AT] - left[_AT]
-    slopes = length * (left[_FIRST_RATE] - right[_FIRST_RATE])
-    bends = length * length * (left[_SECOND_RATE] + right[_SECOND_RATE])
-    expected = 0.5 * _difference(turns, left, right) + (5.0 / 32.0) * slopes + bends / 64.0
-    return abs(expected - _difference(turns, left, middle))
+    """Difference of the polynomial of a whole piece from the output in its middle, or an eighth of that of the slopes.
+
+    The former vanishes where the error is odd about the middle, the latter where it is even.
+    """
+    length, change = right[_AT] - left[_AT], _difference(turns, left, right)
+    v, w = length * left[_FIRST_RATE], length * right[_FIRST_RATE]
+    a, b = length * length * left[_SECOND_RATE], length * length * right[_SECOND_RATE]
+    place = 0.5 * change + (5.0 / 32.0) * (v - w) + (a + b) / 64.0
+    slope = 1.875 * change - 0.4375 * (v + w) + (b - a) / 32.0
+    missed = abs(place - _difference(turns, left, middle))
+    return max(missed, 0.125 * abs(slope - length * middle[_FIRST_RATE]))
 
 
 @subroutine()
@@ -131,8 +138,7 @@ def lay_pieces(output, shape, turns, pieces, ends, stack, out):
                 top += 1
                 _copy(middle, stack[top])
                 continue
-            # that of the halves is smaller by about the order, unless it is rounding
-            largest = max(largest, miss if miss > accepted else 4.0 * _ORDER * miss)
+            largest = max(largest, miss if miss > accepted else _OF_HALVES * miss)
             place = _add(turns, left, middle, place, pieces[count])
             place = _add(turns, middle, right, place, pieces[count + 1])
             _copy(right, left)
