@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from command_line import call
+from scipy.optimize import linprog
 from studies import published_box, sweep_text
 
 import explore
@@ -218,3 +219,25 @@ def test_a_design_whose_crank_hardly_turns_is_not_the_end(tmp_path):
 def test_the_start_is_kept_where_nothing_is_better():
     start = np.array([0.3, 0.6])
     assert quadratic(polish(quadratic, start)[None])[0][0] <= quadratic(start[None])[0][0]
+
+
+def test_a_search_from_a_border_within_roundings_goes_along_it():
+    """The distances from such a start are roundings and tell no direction; the optimum is that of linprog."""
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        normal, gradient = rng.uniform(0.2, 1.0, (2, 3)) * [[-1, -1, 1]]
+        limit = float(normal @ rng.uniform(0.3, 0.7, 3))
+
+        def evaluate(positions, normal=normal, limit=limit, gradient=gradient):
+            # sums that do not depend on the number of positions
+            exists = (positions * normal).sum(axis=1) <= limit
+            return np.where(exists, -(positions * gradient).sum(axis=1), np.nan), np.zeros((len(positions), 0))
+
+        inside, outside = np.array([0.6, 0.6, 0.0]), np.array([0.4, 0.4, 1.0])
+        if np.isnan(evaluate(inside[None])[0][0]) or np.isfinite(evaluate(outside[None])[0][0]):
+            continue
+        for _ in range(100):
+            middle = 0.5 * (inside + outside)
+            inside, outside = (middle, outside) if np.isfinite(evaluate(middle[None])[0][0]) else (inside, middle)
+        expected = linprog(-gradient, A_ub=normal[None], b_ub=[limit], bounds=(0, 1)).fun
+        assert evaluate(polish(evaluate, inside)[None])[0][0] == pytest.approx(expected, abs=1e-9)

@@ -18,6 +18,8 @@ _JUMP = 2.0
 _UNDEFINED = 1e3
 #: Distance up to which a border, beyond which designs have no motion, is beside a position.
 _BESIDE = 1e-4
+#: Distance below which that of a border is measured from a position as far inside.
+_NEAR = 1e-6
 #: Number of halvings of that distance, which is then exact to its rounding.
 _HALVINGS = 50
 #: Number of positions on the way to where a search ended.
@@ -61,6 +63,10 @@ class _Local:
         self._margin_scales = np.maximum(np.abs(self.margin_slopes).max(axis=1), np.finfo(float).tiny)
         normal = _border_normal(evaluate, position)
         size = max(float(np.abs(normal).max()), 1.0)
+        if size > 1.0 / _NEAR:  # a distance of a few roundings tells no direction: measure it from farther inside
+            position = np.clip(position - _NEAR * normal / size, 0.0, 1.0)
+            normal = _border_normal(evaluate, position)
+            size = max(float(np.abs(normal).max()), 1.0)
         self._start, self._normal, self._distance = position, normal / size, 1.0 / size
 
     def value_at(self, position: FloatArray) -> float:

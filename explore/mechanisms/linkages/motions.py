@@ -99,7 +99,7 @@ def close_table(
 
 
 @lru_cache(_MOST_KEPT)
-def _kernel(table: LinkageTable, point: str, link: str, is_output: bool) -> Kernel:
+def _kernel(table: LinkageTable, point: str, link: str, is_output: bool = False) -> Kernel:
     """The kernel of a curve: the place of a point and its derivatives, then the same of the direction of a link.
 
     Or that of the output: the direction of its link, or its place and 0, then both derivatives of angle or place.
