@@ -240,7 +240,7 @@ def test_a_table_has_the_dwells_of_the_mechanism():
         np.testing.assert_allclose(own, other, rtol=1e-9)
 
 
-def test_designs_near_a_change_point_keep_the_bound():
+def test_travels_near_a_change_point_are_those_of_dense_samples():
     """The rocker turns quickly at a change point: the travel from the start that is found, by dense samples there."""
     rng = np.random.default_rng(8)
     for margin in (1e-2, 1e-4, 1e-6):

@@ -234,8 +234,8 @@ def test_a_search_from_a_border_within_roundings_goes_along_it():
             return np.where(exists, -(positions * gradient).sum(axis=1), np.nan), np.zeros((len(positions), 0))
 
         inside, outside = np.array([0.6, 0.6, 0.0]), np.array([0.4, 0.4, 1.0])
-        if np.isnan(evaluate(inside[None])[0][0]) or np.isfinite(evaluate(outside[None])[0][0]):
-            continue
+        assert np.isfinite(evaluate(inside[None])[0][0])
+        assert np.isnan(evaluate(outside[None])[0][0])
         for _ in range(100):
             middle = 0.5 * (inside + outside)
             inside, outside = (middle, outside) if np.isfinite(evaluate(middle[None])[0][0]) else (inside, middle)

@@ -52,8 +52,8 @@ class DwellFormulas:
         """The travel in a dwell of an angle, or the angle of a dwell with a travel; and where the dwell starts."""
         inputs, unit, factor = self.motion.inputs, *(("deg", _DEGREES) if self.turns else ("mm", 1.0))
 
-        def measure(row: int, factor: float) -> TargetMeasure:
-            return TargetMeasure(_measure, self.motion, (target, self.turns), row, factor)
+        def measure(row: int, per_unit: float) -> TargetMeasure:
+            return TargetMeasure(_measure, self.motion, (target, self.turns), row, per_unit)
 
         if target.angle:
             about = f"least travel of the {self.name} while the crank turns by the angle of the dwell"
