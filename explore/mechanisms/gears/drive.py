@@ -22,8 +22,8 @@ from explore.mechanisms.gears.columns import (
     SECTOR_ANGLE,
     SHIFT,
 )
-from explore.mechanisms.gears.golden import narrowed, sections
 from explore.mechanisms.gears.law import driven_angle_at, driver_angle_at, ratio_in_turn
+from explore.mechanisms.golden import narrowed, sections
 
 #: Number of steps of a grid on which the lowest ratio is looked for, per period of the return.
 _GRID = 32

@@ -22,9 +22,9 @@ from explore.mechanisms.gears.columns import (
     SECTOR_ANGLE,
     START,
 )
-from explore.mechanisms.gears.golden import narrowed, sections
 from explore.mechanisms.gears.law import ratio_at
 from explore.mechanisms.gears.smoothstep_law import steepness
+from explore.mechanisms.golden import narrowed, sections
 
 # Quantities that `_least_in_return` searches: the convexities of both gears, and minus the tangent of the tilt.
 _DRIVER, _DRIVEN, _TILT = range(3)

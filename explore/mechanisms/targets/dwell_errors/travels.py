@@ -3,6 +3,7 @@
 import math
 
 from explore.base.subroutines import subroutine
+from explore.mechanisms.golden import sections
 from explore.mechanisms.targets.dwell_errors.pieces import LENGTH, POWER, START, polynomial, value_at
 from explore.mechanisms.targets.path_errors.curve import TURN
 
@@ -16,8 +17,6 @@ N_INTERVALS = 32
 _BISECTIONS = 50
 #: Steps of a golden section, from two of the starts that are compared to 4e-14 rad.
 _SECTIONS = 58
-#: Part of an interval that a golden section keeps.
-_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 #: Largest number of angles that the search of the longest rest compares.
 _MOST_ANGLES = 60
 #: Distance of the first start beside one that is tried, rad.
@@ -105,16 +104,16 @@ def travel(motion, start, angle):
 @subroutine()
 def _least_between(motion, angle, low, high):
     """The start of the least travel between two starts, and that travel."""
-    a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    a, b = sections(low, high)
     at_a, at_b = travel(motion, a, angle), travel(motion, b, angle)
     for _ in range(_SECTIONS):
         if at_a <= at_b:
             high, b, at_b = b, a, at_a
-            a = high - _GOLDEN * (high - low)
+            a, _ = sections(low, high)
             at_a = travel(motion, a, angle)
         else:
             low, a, at_a = a, b, at_b
-            b = low + _GOLDEN * (high - low)
+            _, b = sections(low, high)
             at_b = travel(motion, b, angle)
     return (a, at_a) if at_a <= at_b else (b, at_b)
 
