@@ -244,3 +244,20 @@ def test_mechanisms_say_that_their_link_can_meet_poses(tmp_path):
     assert 'the link with a point can have a target, [target] kind = "poses" in a study' in printed
     described = json.loads(run("mechanisms", "crank-rocker", "--json", cwd=tmp_path).stdout)
     assert described["targets"]["poses"]["position_error_max"]["sense"] == "min"
+
+
+def test_the_error_of_poses_that_are_met_bounds_their_rounding():
+    """It is relative to the size of the coordinates, not to what is left of them."""
+    designs = {name: values[:1] for name, values in random_designs(1, 6).items()}
+    first = [float(column[0]) for column in designs.values()]
+    places, turned = motion_of(first, np.radians([20.0, 75.0, 140.0, 260.0]))
+    poses = np.column_stack([places.real, places.imag, np.degrees(turned)])
+    frame = explore.evaluate(
+        "crank-rocker", designs, target={"kind": "poses", "poses": poses.tolist()}, points=["M"],
+        metrics=["position_error_max", "angle_error_max", "pose_error_rms"],
+    )  # fmt: skip
+    met, size = frame.iloc[0], np.abs(places).max()
+    assert met["status"] == 1
+    assert met["error"] < 1e-12
+    assert max(met["position_error_max"], met["pose_error_rms"]) < met["error"] * size
+    assert met["angle_error_max"] < met["error"] * np.degrees(1.0)

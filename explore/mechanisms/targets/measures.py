@@ -50,6 +50,17 @@ class TargetMeasure:
         return self.measures(self.motion, self.target, columns)[0][:, self.row] * self.unit
 
 
+@dataclass(frozen=True)
+class ConstantScale:
+    """What errors are relative to, the same of all designs: a radian of angles, a turn of spans."""
+
+    value: float
+
+    def __call__(self, first: FloatArray, *_: FloatArray) -> FloatArray:
+        """The scale of designs, whose inputs are columns of shape (n,)."""
+        return np.full(np.shape(first), self.value)
+
+
 def keep_last(
     measure: Callable[[Motion, Any, FloatArray], Measures],
 ) -> Callable[[Motion, Any, tuple[FloatArray, ...]], Measures]:

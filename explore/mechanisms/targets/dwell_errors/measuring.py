@@ -28,9 +28,10 @@ from explore.mechanisms.targets.dwell_errors.travels import (
 from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
 
 # Measures of a design: the least travel in the dwell or the angle of the longest rest, rad; the bound of its error and
-# what this is relative to, the travel in the turn or the turn; and the input angle at which the dwell starts.
-VALUE, ERROR, SCALE, BEGIN = range(4)
-N_MEASURES = 4
+# what this is relative to, the travel in the turn or the turn; and the input angle at which the dwell starts, rad, with
+# the bound of its error.
+VALUE, ERROR, SCALE, BEGIN, BEGIN_ERROR = range(5)
+N_MEASURES = 5
 
 #: Error of a least travel by that of its start, over the travel in the turn.
 _START_ERROR = 1e-13
@@ -66,9 +67,10 @@ def measure_dwells(output, designs, turns, angle, most, measures):
         error = whole if found > MOST_REVERSALS else 2.0 * error + _START_ERROR * whole
         if angle > 0.0:
             begin, value = least_travel(motion, angle, 0.0, travels, events)
-            begin = middle_start(motion, angle, begin, error)
+            begin, moved = middle_start(motion, angle, begin, error)
         else:
             value, begin, error_of_angle = longest_rest(motion, most, error, travels, events)
-            begin, error = middle_start(motion, value, begin, error), error_of_angle
+            begin, moved = middle_start(motion, value, begin, error)
+            error = error_of_angle
         measures[k, VALUE], measures[k, ERROR], measures[k, SCALE] = value, error, whole if angle > 0.0 else TURN
-        measures[k, BEGIN] = begin - TURN * math.floor(begin / TURN)
+        measures[k, BEGIN], measures[k, BEGIN_ERROR] = begin - TURN * math.floor(begin / TURN), moved

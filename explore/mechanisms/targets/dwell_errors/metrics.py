@@ -4,8 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from explore.mechanisms.targets.dwell_errors.measuring import BEGIN, ERROR, N_MEASURES, SCALE, VALUE, measure_dwells
-from explore.mechanisms.targets.measures import Measures, Motion, TargetMeasure, keep_last
+from explore.mechanisms.targets.dwell_errors.measuring import (
+    BEGIN,
+    BEGIN_ERROR,
+    ERROR,
+    N_MEASURES,
+    SCALE,
+    VALUE,
+    measure_dwells,
+)
+from explore.mechanisms.targets.measures import ConstantScale, Measures, Motion, TargetMeasure, keep_last
 from explore.model.quantities import FloatArray, Formula
 from explore.model.target_kinds import TargetKind
 from explore.model.targets import DwellTarget
@@ -65,4 +73,6 @@ class DwellFormulas:
                             rounding=measure(ERROR, _DEGREES), scale=measure(SCALE, _DEGREES),
                             needs_turn=True)  # fmt: skip
         about = "crank angle at which the dwell starts, the middle of those that serve as well"
-        return first, Formula("dwell_start", "deg", about, None, inputs, measure(BEGIN, _DEGREES), needs_turn=True)
+        return first, Formula("dwell_start", "deg", about, None, inputs, measure(BEGIN, _DEGREES),
+                              rounding=measure(BEGIN_ERROR, _DEGREES), scale=ConstantScale(360.0),
+                              needs_turn=True)  # fmt: skip

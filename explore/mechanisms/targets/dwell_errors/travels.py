@@ -216,8 +216,17 @@ def longest_rest(motion, most, error, travels, events):
 
 @subroutine()
 def middle_start(motion, angle, start, error):
-    """The middle of the starts about one whose travels are as small, up to an error: those of ripples in a dwell."""
-    most = travel(motion, start, angle) + error
+    """The middle of the starts about one whose travels are as small, up to an error: those of ripples in a dwell.
+
+    And the bound of its error: it moves with the square root of the error, or less, towards that without.
+    """
+    least = travel(motion, start, angle)
+    middle = _middle(motion, angle, start, least + error)
+    return middle, 3.0 * abs(_middle(motion, angle, start, least + 2.0 * error) - middle) + _SHORT
+
+
+@subroutine()
+def _middle(motion, angle, start, most):
     return start + 0.5 * (_reach(motion, angle, start, most, 1.0) + _reach(motion, angle, start, most, -1.0))
 
 

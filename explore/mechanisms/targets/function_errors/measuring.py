@@ -7,10 +7,11 @@ from numba import types
 
 from explore.base.compiling import compiled
 from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE
+from explore.mechanisms.targets.rounding import ROUNDING, SHARE, curve_nearby, disturb
 
-# Measures of a design: the root mean square error and the largest one, rad.
-RMS, LARGEST = range(2)
-N_MEASURES = 2
+# Measures of a design: the root mean square error and the largest one, then the bounds of their rounding, rad.
+RMS, LARGEST, RMS_ROUNDING, LARGEST_ROUNDING = range(4)
+N_MEASURES = 4
 
 #: Number of the starts, of input and output, rad, that end a row of designs.
 STARTS_SIZE = 2
@@ -29,20 +30,28 @@ def measure_outputs(output, designs, inputs, outputs, measures):
     number, NaN where the linkage cannot be assembled. `designs` (n, p) have what it takes, then the angles of crank and
     output at the start, rad; `inputs` and `outputs` (m,) are what these have turned from there, rad.
     """
-    out = np.empty(CURVE_SIZE)
+    out, near, size = np.empty(CURVE_SIZE), np.empty(CURVE_SIZE), designs.shape[1] - STARTS_SIZE
+    disturbed = np.empty(size)
     for k in range(len(designs)):
         measures[k, :] = math.nan
         if math.isnan(designs[k, 0]):
             continue
-        shape = designs[k, : designs.shape[1] - STARTS_SIZE]
-        start, first = designs[k, designs.shape[1] - 2], designs[k, designs.shape[1] - 1]
-        total, largest = 0.0, 0.0
+        shape, start, first = designs[k, :size], designs[k, size], designs[k, size + 1]
+        disturb(shape, disturbed)
+        total, largest, roundings, most = 0.0, 0.0, 0.0, 0.0
         for i in range(len(inputs)):
             angle = start + inputs[i]
-            output(shape, math.cos(angle), math.sin(angle), out)
+            cosine, sine = math.cos(angle), math.sin(angle)
+            output(shape, cosine, sine, out)
             error = math.atan2(out[1], out[0]) - first - outputs[i]
+            turned = abs(first) + abs(outputs[i]) + _TURN
             error -= _TURN * math.floor(error / _TURN + 0.5)
-            total += error * error  # NaN stays NaN
-            largest = max(largest, abs(error))
+            curve_nearby(output, disturbed, angle, cosine, sine, near)
+            change = (out[0] * near[1] - out[1] * near[0]) / (out[0] * out[0] + out[1] * out[1])
+            rounding = SHARE * abs(change) + ROUNDING * turned
+            total, largest = total + error * error, max(largest, abs(error))  # NaN stays NaN
+            roundings, most = roundings + rounding * rounding, max(most, rounding)
         measures[k, RMS] = math.sqrt(total / len(inputs))
         measures[k, LARGEST] = largest if total == total else math.nan
+        measures[k, RMS_ROUNDING] = math.sqrt(roundings / len(inputs))
+        measures[k, LARGEST_ROUNDING] = most if roundings == roundings else math.inf

@@ -5,16 +5,30 @@ from functools import lru_cache
 
 import numpy as np
 
-from explore.mechanisms.targets.function_errors.measuring import LARGEST, N_MEASURES, RMS, measure_outputs
-from explore.mechanisms.targets.measures import Measures, Motion, TargetMeasure, keep_last, shapes_and_rest
+from explore.mechanisms.targets.function_errors.measuring import (
+    LARGEST,
+    LARGEST_ROUNDING,
+    N_MEASURES,
+    RMS,
+    RMS_ROUNDING,
+    measure_outputs,
+)
+from explore.mechanisms.targets.measures import (
+    ConstantScale,
+    Measures,
+    Motion,
+    TargetMeasure,
+    keep_last,
+    shapes_and_rest,
+)
 from explore.model.quantities import FloatArray, Formula
 from explore.model.target_kinds import STARTS, TargetKind
 from explore.model.targets import FunctionTarget
 
 _DEGREES = 180.0 / np.pi
 _ABOUT = {
-    "output_error_rms": ("root mean square error of the {}'s angle over the pairs of the target", RMS),
-    "output_error_max": ("largest error of the {}'s angle at the pairs of the target", LARGEST),
+    "output_error_rms": ("root mean square error of the {}'s angle over the pairs of the target", RMS, RMS_ROUNDING),
+    "output_error_max": ("largest error of the {}'s angle at the pairs of the target", LARGEST, LARGEST_ROUNDING),
 }
 
 
@@ -54,9 +68,12 @@ class FunctionFormulas:
     def __call__(self, target: FunctionTarget) -> tuple[Formula, ...]:
         """The metrics of the error of a target."""
         inputs = (*self.motion.inputs, *(parameter.name for parameter in STARTS))
+
+        def measure(row: int) -> TargetMeasure:
+            return TargetMeasure(_measure_functions, self.motion, target, row, _DEGREES)
+
         return tuple(
-            Formula(name, "deg", about.format(self.name), "min", inputs,
-                    TargetMeasure(_measure_functions, self.motion, target, row, _DEGREES),
-                    needs_turn=self.motion.needs_turn)
-            for name, (about, row) in _ABOUT.items()
+            Formula(name, "deg", about.format(self.name), "min", inputs, measure(row), rounding=measure(rounding),
+                    scale=ConstantScale(_DEGREES), needs_turn=self.motion.needs_turn)
+            for name, (about, row, rounding) in _ABOUT.items()
         )  # fmt: skip

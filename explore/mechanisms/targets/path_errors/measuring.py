@@ -17,7 +17,7 @@ from explore.mechanisms.targets.path_errors.arcs import (
     fill_distances,
     make_arcs,
 )
-from explore.mechanisms.targets.path_errors.curve import CURVE, TURN
+from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
 from explore.mechanisms.targets.path_errors.ordering import (
     IntArray,
     Search,
@@ -28,11 +28,18 @@ from explore.mechanisms.targets.path_errors.ordering import (
 )
 from explore.mechanisms.targets.path_errors.polishing import Room, make_room, polish
 from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, place_of
+from explore.mechanisms.targets.rounding import LEAST_BEND, ROUNDING, SHARE, curve_nearby, disturb
 from explore.model.quantities import FloatArray
 
-# Measures of a design: weighted rms distance, largest distance, and the turn of the crank, rad.
-RMS, LARGEST, SPAN = range(3)
-N_MEASURES = 3
+# Measures of a design: weighted rms distance, largest distance, and the turn of the crank, rad; the bounds of their
+# rounding; and the size of what distances are differences of.
+RMS, LARGEST, SPAN, RMS_ROUNDING, LARGEST_ROUNDING, SPAN_ROUNDING, SIZE = range(7)
+N_MEASURES = 7
+
+# What tells the crank angles of points: each by itself, all together, or nothing.
+EACH, TOGETHER, FIXED = range(3)
+
+_TINY = 1e-300
 
 #: Margin of other orders: the part of the sum of squares by which theirs may be lower.
 _SETTLED = 1e-3
@@ -55,16 +62,60 @@ def place_points(points, pose, placed):
         placed[i, 0], placed[i, 1] = cosine * x + sine * y, cosine * y - sine * x
 
 
+class Place(NamedTuple):
+    """Arrays for what rounding does at a crank angle: a disturbed shape, and the curve of a shape and of this."""
+
+    disturbed: FloatArray
+    out: FloatArray
+    near: FloatArray
+
+
+@subroutine(allocates=True)
+def make_place(size):
+    """Room for shapes of a size."""
+    return Place(np.empty(size), np.empty(CURVE_SIZE), np.empty(CURVE_SIZE))
+
+
 @subroutine()
-def measure(curve, shape, points, weights, angles, out, measures):
-    """Fill the distances of points at crank angles, all but the span."""
-    total, weight, largest = 0.0, 0.0, 0.0
-    for i in range(len(points)):
-        curve(shape, math.cos(angles[i]), math.sin(angles[i]), out)
-        dx, dy = out[0] - points[i, 0], out[1] - points[i, 1]
-        square = dx * dx + dy * dy
-        total, weight, largest = total + weights[i] * square, weight + weights[i], max(largest, square)
-    measures[RMS], measures[LARGEST] = math.sqrt(total / weight), math.sqrt(largest)
+def _round_at(curve, shape, x, y, angle, far, place):
+    """What rounding moves the distance of a point by; half the slope of its square; half the bend, never near 0.
+
+    Points are moved by the rounding of a distance `far`.
+    """
+    out, near, cosine, sine = place.out, place.near, math.cos(angle), math.sin(angle)
+    curve(shape, cosine, sine, out)
+    curve_nearby(curve, place.disturbed, angle, cosine, sine, near)
+    dx, dy, size = out[0] - x, out[1] - y, math.hypot(out[0], out[1]) + math.hypot(x, y) + far
+    square = out[2] * out[2] + out[3] * out[3]
+    bend = max(square + dx * out[4] + dy * out[5], LEAST_BEND * square)
+    change = (near[0] - x) * near[2] + (near[1] - y) * near[3] - dx * out[2] - dy * out[3]
+    rounding = SHARE * math.hypot(near[0] - out[0], near[1] - out[1]) + ROUNDING * size
+    return rounding, SHARE * abs(change) + ROUNDING * size * math.sqrt(square), bend
+
+
+@subroutine()
+def measure(curve, shape, points, weights, angles, given, far, place, measures):
+    """Fill the distances of points at crank angles and their roundings.
+
+    What tells the angles is `given`; rounding moves them, and both ends of the span, unless they are fixed.
+    """
+    disturb(shape, place.disturbed)
+    total, weight, largest, roundings, size, span = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    slopes, bends, most, fastest, n = 0.0, _TINY, 0.0, 0.0, len(points)
+    for i in range(n):
+        x, y, w, out = points[i, 0], points[i, 1], weights[i], place.out
+        rounding, slope, bend = _round_at(curve, shape, x, y, angles[i], far, place)
+        dx, dy, speed = out[0] - x, out[1] - y, math.hypot(out[2], out[3])
+        square, move = dx * dx + dy * dy, min(slope / (bend + _TINY), TURN)
+        total, weight, largest = total + w * square, weight + w, max(largest, square)
+        roundings, size = roundings + w * rounding * rounding, max(size, math.hypot(out[0], out[1]), math.hypot(x, y))
+        slopes, bends, fastest = slopes + w * slope, bends + w * bend, max(fastest, speed)
+        most = max(most, rounding + (move * speed if given == EACH else 0.0))
+        span += move if i == 0 or i == n - 1 else 0.0
+    measures[RMS], measures[LARGEST], measures[SIZE] = math.sqrt(total / weight), math.sqrt(largest), size + far
+    measures[RMS_ROUNDING] = math.sqrt(roundings / weight)
+    measures[LARGEST_ROUNDING] = most + (fastest * slopes / bends if given == TOGETHER else 0.0)
+    measures[SPAN_ROUNDING] = (span if given == EACH else 0.0) + ROUNDING * TURN
 
 
 class _Buffers(NamedTuple):
@@ -159,14 +210,17 @@ def measure_ordered(curve, designs, points, weights, is_closed, measures, angles
     whole turn. Filled are `measures` (n, N_MEASURES), and `angles` (n, m), the crank angles from the frame, rad, which
     ascend or descend.
     """
-    m, buffers, placed = len(points), _allocate_buffers(len(points)), np.empty((len(points), 2))
+    m, size, buffers = len(points), designs.shape[1] - POSE_SIZE, _allocate_buffers(len(points))
+    placed, place = np.empty((m, 2)), make_place(size)
     for k in range(len(designs)):
         own = angles[k]
         if math.isnan(designs[k, 0]):
             measures[k], own[:] = math.nan, math.nan
             continue
-        shape = designs[k, : designs.shape[1] - POSE_SIZE]
-        place_points(points, designs[k, designs.shape[1] - POSE_SIZE :], placed)
+        shape, pose = designs[k, :size], designs[k, size:]
+        place_points(points, pose, placed)
         sense = _order_points(curve, shape, placed, weights, buffers, own)
-        measure(curve, shape, placed, weights, own, buffers.arcs.out, measures[k])
+        measure(curve, shape, placed, weights, own, EACH, math.hypot(pose[0], pose[1]), place, measures[k])
         measures[k, SPAN] = TURN if is_closed else sense * (own[m - 1] - own[0])
+        if is_closed:
+            measures[k, SPAN_ROUNDING] = ROUNDING * TURN

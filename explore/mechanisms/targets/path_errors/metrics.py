@@ -7,13 +7,24 @@ from functools import lru_cache
 import numpy as np
 
 from explore.mechanisms.targets.measures import (
+    ConstantScale,
     Measures,
     Motion,
     TargetMeasure,
     keep_last,
     shapes_and_rest,
 )
-from explore.mechanisms.targets.path_errors.measuring import LARGEST, N_MEASURES, RMS, SPAN, measure_ordered
+from explore.mechanisms.targets.path_errors.measuring import (
+    LARGEST,
+    LARGEST_ROUNDING,
+    N_MEASURES,
+    RMS,
+    RMS_ROUNDING,
+    SIZE,
+    SPAN,
+    SPAN_ROUNDING,
+    measure_ordered,
+)
 from explore.mechanisms.targets.path_errors.shapes import CHAMFER, HAUSDORFF, N_SHAPES, measure_shapes
 from explore.mechanisms.targets.path_errors.timing import measure_timed
 from explore.model.drawing import PLACE
@@ -21,13 +32,12 @@ from explore.model.quantities import FloatArray, Formula, Parameter
 from explore.model.target_kinds import POSE, TargetKind
 from explore.model.targets import PathTarget
 
+_DEGREES = 180.0 / np.pi
 _ABOUT = {
-    "path_error_rms": ("mm", "rms distance of the target's points to the path of {}, in their order", RMS, 1.0),
-    "path_error_max": ("mm", "largest of the distances of the target's points to the path of {}", LARGEST, 1.0),
-    "path_crank_span": (
-        "deg", "turn of the crank from the first to the last point of the target", SPAN, 180.0 / np.pi,
-    ),
-}  # fmt: skip
+    "path_error_rms": ("rms distance of the target's points to the path of {}, in their order", RMS, RMS_ROUNDING),
+    "path_error_max": ("largest of the distances of the target's points to the path of {}", LARGEST, LARGEST_ROUNDING),
+}
+_ABOUT_SPAN = "turn of the crank from the first to the last point of the target"
 _ABOUT_SHAPES = {
     "path_error_hausdorff": ("largest distance of the traced path of {} and the target's polygon from each other",
                              HAUSDORFF),
@@ -78,7 +88,7 @@ def declare_paths(
     The function of the motion of a point is a curve, of the signature
     `mechanisms.targets.path_errors.curve.CURVE_SIGNATURE`.
     """
-    return TargetKind(PathFormulas(motion_of), tuple(_ABOUT), objectives, pose, points)
+    return TargetKind(PathFormulas(motion_of), (*_ABOUT, "path_crank_span"), objectives, pose, points)
 
 
 @dataclass(frozen=True)
@@ -91,14 +101,22 @@ class PathFormulas:
         """The metrics of the error of a target."""
         motion = self.motion_of(target.point)
         inputs = (*motion.inputs, *PLACE)
+
+        def measure(row: int, unit: float = 1.0) -> TargetMeasure:
+            return TargetMeasure(measure_paths, motion, target, row, unit)
+
         measures = tuple(
-            Formula(name, unit, about.format(target.point), "min" if unit == "mm" else None, inputs,
-                    TargetMeasure(measure_paths, motion, target, row, factor), needs_turn=motion.needs_turn)
-            for name, (unit, about, row, factor) in _ABOUT.items()
+            Formula(name, "mm", about.format(target.point), "min", inputs, measure(row), rounding=measure(rounding),
+                    scale=measure(SIZE), needs_turn=motion.needs_turn)
+            for name, (about, row, rounding) in _ABOUT.items()
         )  # fmt: skip
+        span = Formula("path_crank_span", "deg", _ABOUT_SPAN, None, inputs, measure(SPAN, _DEGREES),
+                       rounding=measure(SPAN_ROUNDING, _DEGREES), scale=ConstantScale(360.0),
+                       needs_turn=motion.needs_turn)  # fmt: skip
         shapes = tuple(
             Formula(name, "mm", about.format(target.point), "min", inputs,
-                    TargetMeasure(_measure_traced, motion, target, row), needs_turn=motion.needs_turn)
+                    TargetMeasure(_measure_traced, motion, target, row), rounding=measure(LARGEST_ROUNDING),
+                    scale=measure(SIZE), needs_turn=motion.needs_turn)
             for name, (about, row) in _ABOUT_SHAPES.items()
         )  # fmt: skip
-        return (*measures, *shapes)
+        return (*measures, span, *shapes)

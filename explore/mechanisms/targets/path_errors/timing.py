@@ -8,7 +8,15 @@ from numba import types
 from explore.base.compiling import compiled
 from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
-from explore.mechanisms.targets.path_errors.measuring import POSE_SIZE, SPAN, measure, place_points
+from explore.mechanisms.targets.path_errors.measuring import (
+    FIXED,
+    POSE_SIZE,
+    SPAN,
+    TOGETHER,
+    make_place,
+    measure,
+    place_points,
+)
 
 #: Number of evenly spread shifts of all angles that are tried.
 _N_SHIFTS = 96
@@ -109,19 +117,20 @@ def measure_timed(curve, designs, points, weights, given, is_free, measures, ang
     of `measure_ordered`.
     """
     m, out, slopes, sums = len(points), np.empty(CURVE_SIZE), np.empty(3), np.empty(_N_SHIFTS)
-    placed, corners = np.empty((m, 2)), np.empty((4, 2 * _N_SHIFTS))
+    placed, corners, size = np.empty((m, 2)), np.empty((4, 2 * _N_SHIFTS)), designs.shape[1] - POSE_SIZE
+    place, given_by = make_place(size), TOGETHER if is_free else FIXED
     turns = np.arange(_N_SHIFTS) * (TURN / _N_SHIFTS)
     rays = np.stack((np.cos(turns), np.sin(turns)))
     for k in range(len(designs)):
         if math.isnan(designs[k, 0]):
             measures[k], angles[k] = math.nan, math.nan
             continue
-        shape = designs[k, : designs.shape[1] - POSE_SIZE]
-        place_points(points, designs[k, designs.shape[1] - POSE_SIZE :], placed)
+        shape, pose = designs[k, :size], designs[k, size:]
+        place_points(points, pose, placed)
         shift = 0.0
         if is_free:
             shift = _best_shift(curve, shape, placed, weights, given, rays, corners, out, slopes, sums)
         for i in range(m):
             angles[k, i] = given[i] + shift
-        measure(curve, shape, placed, weights, angles[k], out, measures[k])
+        measure(curve, shape, placed, weights, angles[k], given_by, math.hypot(pose[0], pose[1]), place, measures[k])
         measures[k, SPAN] = given.max() - given.min()

@@ -7,6 +7,7 @@ import numpy as np
 from numba import types
 
 from explore.base.compiling import compiled
+from explore.base.lanes.disturbance import DISTURBANCE
 from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
 from explore.mechanisms.targets.path_errors.measuring import place_points
@@ -19,14 +20,16 @@ from explore.mechanisms.targets.path_errors.ordering import (
     nearest_chord,
 )
 from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, place_of
-from explore.mechanisms.targets.pose_errors.link import ANGLE, LINK_SIZE, X, Y, fill_link, wrap
+from explore.mechanisms.targets.pose_errors.link import ANGLE, ANGLE_1, LINK_SIZE, X_1, Y_1, X, Y, fill_link, wrap
 from explore.mechanisms.targets.pose_errors.polishing import polish_each, polish_in_order, sum_of_squares
+from explore.mechanisms.targets.rounding import LEAST_BEND, ROUNDING, SHARE, disturb
 from explore.model.quantities import FloatArray
 
 # Measures of a design: largest distance, largest error of the angle, rad, the root mean square of distances and angles
-# at the lever, and the turn of the crank, rad.
-PLACE, TURNED, RMS, SPAN = range(4)
-N_MEASURES = 4
+# at the lever, and the turn of the crank, rad; the bounds of their rounding; and the size of what distances are
+# differences of.
+PLACE, TURNED, RMS, SPAN, PLACE_ROUNDING, TURNED_ROUNDING, RMS_ROUNDING, SPAN_ROUNDING, SIZE = range(9)
+N_MEASURES = 9
 
 #: Number of coordinates, mm, and angles, deg, of the linkage and of the body on its link, that end a row of designs.
 POSE_SIZE = 4
@@ -139,6 +142,50 @@ def _find_angles(curve, shape, poses, lever, is_ordered, buffers, own):
     ascend_from(leader, buffers.search.order, buffers.angles, own)
 
 
+class Nearby(NamedTuple):
+    """Arrays for what rounding does to a link: a disturbed shape, its link, and the slopes of the squares of this."""
+
+    disturbed: FloatArray
+    out: FloatArray
+    link: FloatArray
+    slopes: FloatArray
+
+
+@subroutine(allocates=True)
+def make_nearby(size):
+    """Room for shapes of a size."""
+    return Nearby(np.empty(size), np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3))
+
+
+@subroutine()
+def _measure(curve, shape, poses, lever, angles, far, buffers, nearby, measures):
+    """Fill the errors of poses at crank angles and their roundings; points are moved by that of a distance `far`."""
+    link, near, order, slopes = buffers.link, nearby.link, buffers.search.forwards, buffers.slopes
+    measures[:] = 0.0
+    for i in range(len(poses)):
+        fill_link(curve, shape, angles[i], buffers.out, link)
+        total = sum_of_squares(link, poses, lever, order, i, i + 1, slopes)
+        fill_link(curve, nearby.disturbed, angles[i] * (1.0 + DISTURBANCE), nearby.out, near)
+        sum_of_squares(near, poses, lever, order, i, i + 1, nearby.slopes)
+        own = max(math.hypot(link[X], link[Y]), math.hypot(poses[i, 0], poses[i, 1])) + far
+        place = SHARE * math.hypot(near[X] - link[X], near[Y] - link[Y]) + ROUNDING * own
+        turn = SHARE * abs(wrap(near[ANGLE] - link[ANGLE])) + ROUNDING * TURN
+        root = place * place + lever * lever * turn * turn
+        # the angle is where the slope is 0, and moves with it
+        slope = SHARE * abs(nearby.slopes[0] - slopes[0]) + math.sqrt(root * slopes[2])
+        move = min(slope / max(slopes[1], LEAST_BEND * slopes[2]), TURN)
+        measures[PLACE] = max(measures[PLACE], math.hypot(link[X] - poses[i, 0], link[Y] - poses[i, 1]))
+        measures[TURNED] = max(measures[TURNED], abs(wrap(link[ANGLE] - poses[i, 2])))
+        measures[RMS], measures[RMS_ROUNDING] = measures[RMS] + total, measures[RMS_ROUNDING] + root
+        place, turn = place + move * math.hypot(link[X_1], link[Y_1]), turn + move * abs(link[ANGLE_1])
+        measures[PLACE_ROUNDING] = max(measures[PLACE_ROUNDING], place)
+        measures[TURNED_ROUNDING] = max(measures[TURNED_ROUNDING], turn)
+        measures[SIZE] = max(measures[SIZE], own)
+        measures[SPAN_ROUNDING] = max(measures[SPAN_ROUNDING], 2.0 * move + ROUNDING * TURN)
+    measures[RMS] = math.sqrt(measures[RMS] / len(poses))
+    measures[RMS_ROUNDING] = math.sqrt(measures[RMS_ROUNDING] / len(poses))
+
+
 @compiled(types.void(CURVE, _F2, _F2, types.float64, types.boolean, _F2, _F2), allocates=True)
 def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
     """Measure designs against poses that the crank takes the body through.
@@ -150,20 +197,15 @@ def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
     squares.
     """
     m, size = len(poses), designs.shape[1] - POSE_SIZE
-    buffers, placed = _allocate_buffers(m), np.empty((m, 3))
+    buffers, placed, near = _allocate_buffers(m), np.empty((m, 3)), make_nearby(size)
     for k in range(len(designs)):
         own = angles[k]
         if math.isnan(designs[k, 0]):
             measures[k], own[:] = math.nan, math.nan
             continue
-        shape = designs[k, :size]
-        _place_poses(poses, designs[k, size:], placed)
+        shape, pose = designs[k, :size], designs[k, size:]
+        _place_poses(poses, pose, placed)
         _find_angles(curve, shape, placed, lever, is_ordered, buffers, own)
-        total, far, turned = 0.0, 0.0, 0.0
-        for i in range(m):
-            fill_link(curve, shape, own[i], buffers.out, buffers.link)
-            total += sum_of_squares(buffers.link, placed, lever, buffers.search.forwards, i, i + 1, buffers.slopes)
-            far = max(far, math.hypot(buffers.link[X] - placed[i, 0], buffers.link[Y] - placed[i, 1]))
-            turned = max(turned, abs(wrap(buffers.link[ANGLE] - placed[i, 2])))
-        measures[k, PLACE], measures[k, TURNED], measures[k, RMS] = far, turned, math.sqrt(total / m)
+        disturb(shape, near.disturbed)
+        _measure(curve, shape, placed, lever, own, math.hypot(pose[0], pose[1]), buffers, near, measures[k])
         measures[k, SPAN] = own.max() - own.min()

@@ -7,13 +7,26 @@ from functools import lru_cache
 import numpy as np
 
 from explore.mechanisms.targets.measures import (
+    ConstantScale,
     Measures,
     Motion,
     TargetMeasure,
     keep_last,
     shapes_and_rest,
 )
-from explore.mechanisms.targets.pose_errors.measuring import N_MEASURES, PLACE, RMS, SPAN, TURNED, measure_poses
+from explore.mechanisms.targets.pose_errors.measuring import (
+    N_MEASURES,
+    PLACE,
+    PLACE_ROUNDING,
+    RMS,
+    RMS_ROUNDING,
+    SIZE,
+    SPAN,
+    SPAN_ROUNDING,
+    TURNED,
+    TURNED_ROUNDING,
+    measure_poses,
+)
 from explore.model.drawing import PLACE as POSE_NAMES
 from explore.model.quantities import FloatArray, Formula, Parameter
 from explore.model.target_kinds import BODY_POSE, TargetKind
@@ -21,12 +34,17 @@ from explore.model.targets import PosesTarget
 
 _DEGREES = 180.0 / np.pi
 _ABOUT = {
-    "position_error_max": ("mm", "largest distance of {} from its places at the poses", PLACE, 1.0),
-    "angle_error_max": ("deg", "largest error of the body's angle at the poses", TURNED, _DEGREES),
-    "pose_error_rms": ("mm", "rms of the distances of {} and of the errors of the angle at the lever", RMS, 1.0),
+    "position_error_max": ("mm", "largest distance of {} from its places at the poses", PLACE, PLACE_ROUNDING),
+    "angle_error_max": ("deg", "largest error of the body's angle at the poses", TURNED, TURNED_ROUNDING),
+    "pose_error_rms": (
+        "mm",
+        "rms of the distances of {} and of the errors of the angle at the lever",
+        RMS,
+        RMS_ROUNDING,
+    ),
 }
 #: Metric that exists only where the poses have an order.
-_ABOUT_SPAN = {"pose_crank_span": ("deg", "turn of the crank from the first to the last pose", SPAN, _DEGREES)}
+_ABOUT_SPAN = {"pose_crank_span": ("deg", "turn of the crank from the first to the last pose", SPAN, SPAN_ROUNDING)}
 
 
 @keep_last
@@ -65,8 +83,14 @@ class PoseFormulas:
         motion = self.motion_of(target.point)
         inputs = (*motion.inputs, *POSE_NAMES, "body_angle")
         about = _ABOUT | (_ABOUT_SPAN if target.order == "given" else {})
+
+        def measure(row: int, unit: str) -> TargetMeasure:
+            return TargetMeasure(measure_posed, motion, target, row, _DEGREES if unit == "deg" else 1.0)
+
         return tuple(
-            Formula(name, unit, text.format(target.point), None if row == SPAN else "min", inputs,
-                    TargetMeasure(measure_posed, motion, target, row, factor), needs_turn=motion.needs_turn)
-            for name, (unit, text, row, factor) in about.items()
+            Formula(name, unit, text.format(target.point), None if row == SPAN else "min", inputs, measure(row, unit),
+                    rounding=measure(rounding, unit),
+                    scale=measure(SIZE, unit) if unit == "mm" else ConstantScale(360.0 if row == SPAN else _DEGREES),
+                    needs_turn=motion.needs_turn)
+            for name, (unit, text, row, rounding) in about.items()
         )  # fmt: skip
