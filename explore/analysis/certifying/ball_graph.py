@@ -131,17 +131,25 @@ class Function:
         """The first number at an angle."""
         return self.at(angle)[0]
 
+    def expanded(self, angle: arb) -> Sequence[arb_series | arb]:
+        """The numbers as power series about an angle."""
+        return self.program.of_series(*_cosine_and_sine(angle), *self.known)
+
     def series(self, angle: arb) -> list[list[arb]]:
         """Taylor coefficients of each number about an angle."""
-        return [coefficients(value) for value in self.program.of_series(*_cosine_and_sine(angle), *self.known)]
+        return [coefficients(value) for value in self.expanded(angle)]
+
+    def pairs_over(self, middle: arb, half: arb) -> Sequence[tuple[arb_series | arb, arb_series | arb]]:
+        """The numbers as power series about an angle, and about all angles near it."""
+        offset = arb(0, half.upper())
+        inputs = (*_cosine_and_sine(middle), *_cosine_and_sine(middle + offset))
+        return self.program.of_cells(offset, *inputs, *self.known)
 
     def series_over(self, middle: arb, half: arb) -> list[list[arb]]:
         """Taylor coefficients of each number about an angle; the last one is that about all angles near it."""
-        offset = arb(0, half.upper())
-        inputs = (*_cosine_and_sine(middle), *_cosine_and_sine(middle + offset))
         return [
             [*coefficients(about_middle)[:-1], coefficients(over)[-1]]
-            for about_middle, over in self.program.of_cells(offset, *inputs, *self.known)
+            for about_middle, over in self.pairs_over(middle, half)
         ]
 
 

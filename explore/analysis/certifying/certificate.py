@@ -8,10 +8,12 @@ from flint import arb, fmpq
 from explore.analysis.certifying.balls import Enclosure, UnprovedError, exact
 from explore.analysis.certifying.motion import Motion
 from explore.analysis.certifying.statistics import from_extremes, from_moments, in_its_unit, time_ratio
+from explore.analysis.certifying.targets import TargetErrors
 from explore.base.errors import RequestError
 from explore.mechanisms.linkages.declared import table_of
 from explore.mechanisms.linkages.metrics import REACH_NAMES
 from explore.mechanisms.load_metrics import WORK_FORMULAS
+from explore.mechanisms.targets.measures import TargetMeasure
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import (
     EXTREME_STATISTICS,
@@ -47,6 +49,7 @@ class Certificate:
             request.mechanism,
             request.tolerance,
         )
+        self._targets = TargetErrors(self._motion, parameters)
         self._speed = arb(exact(parameters["speed"]))
 
     @property
@@ -66,12 +69,18 @@ class Certificate:
             return Enclosure.of(arb(known.metrics[metric.name]))
         if isinstance(metric, Metric):
             return self._closed_form(metric)
-        if self.status != Status.OK and not (isinstance(metric, DerivedMetric) and self._needs_no_stroke(metric)):
+        if self.status != Status.OK and not (isinstance(metric, DerivedMetric) and self._needs_no_motion(metric)):
             return None
         return self._statistic(metric) if isinstance(metric, SampledMetric) else self._derived(metric)
 
-    def _needs_no_stroke(self, metric: DerivedMetric) -> bool:
-        """Whether the design has a motion without strokes, and the metric follows from closed forms that need none."""
+    def _needs_no_motion(self, metric: DerivedMetric) -> bool:
+        """Whether the metric exists though the status is not ok.
+
+        It is of places that need no full turn; or it follows from closed forms that need no strokes, which are all that
+        the motion lacks.
+        """
+        if isinstance(metric.formula.function, TargetMeasure):
+            return not metric.formula.needs_turn
         own = self._mechanism.statuses.get(self.status)
         return own is not None and own.lacks_strokes and not metric.sampled and not needs_stroke(metric)
 
@@ -150,6 +159,8 @@ class Certificate:
             (power,) = (self.enclose(source) for source in metric.inputs if isinstance(source, SampledMetric))
             work = power and power.times(2 * arb.pi() / self._speed)
             return work and (work if metric.formula.is_proportional else Enclosure.of(work.ball))
+        if isinstance(metric.formula.function, TargetMeasure):
+            return self._targets.enclose(metric.formula)
         if metric.formula.is_proportional:
             (source,) = metric.inputs
             return self.enclose(source) if isinstance(source, SampledMetric) else None

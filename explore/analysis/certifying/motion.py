@@ -128,6 +128,15 @@ class Motion:
         number = quantity.number if number is None else number
         return self.graph.function([number], self._references(quantity), quantity.signal.name)
 
+    @property
+    def output_angle(self) -> Function:
+        """The angle of the output, a link, rad."""
+        return self.function(self.graph.quantities[f"{self.table.output}_angle"])
+
+    def place(self, point: str) -> Function:
+        """The coordinates of a point that moves, mm."""
+        return self.graph.function([self.graph.quantities[f"{point}_{axis}"].number for axis in "xy"], None, point)
+
     def _references(self, quantity: Quantity) -> dict[str, arb]:
         """Inputs that tell the turns of links apart."""
         inputs: dict[str, arb] = {}

@@ -115,6 +115,11 @@ def extremes_by_subdivision(
     return -search.largest(-1), search.largest(1)
 
 
+def least_between(function: Expandable, name: str, start: arb, stop: arb, *, is_turn: bool = False) -> arb:
+    """Smallest value of the first function over an arc; see `extremes_by_subdivision`."""
+    return -_Search(function, name, start, stop, is_turn).largest(-1)
+
+
 @dataclass
 class _Search:
     """The search for the largest value of a function times a sign; what is known of cells is kept."""

@@ -14,6 +14,7 @@ from flint import fmpq
 
 from explore.analysis.certifying.balls import UnprovedError, exact, with_more_bits
 from explore.analysis.certifying.designs import Design
+from explore.analysis.certifying.targets import is_searched
 from explore.analysis.tolerancing.derivatives import Derivatives, parameter_scale
 from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.model.quantities import AnyMetric
@@ -42,7 +43,7 @@ def sharpen(derivatives: Derivatives, request: TolerancedRequest, nominal: Mappi
         stencils.append((step, [before, centre, after]))
     slopes, errors = dict(derivatives.slopes), dict(derivatives.errors)
     for metric in free.metrics:
-        if metric.name not in slopes:
+        if metric.name not in slopes or is_searched(metric):
             continue
         try:
             pairs = np.array([_slope(metric, step, designs) for step, designs in stencils])

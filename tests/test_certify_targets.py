@@ -1,0 +1,111 @@
+"""Certificates of targets: errors of functions and of paths are proved, false rows refuted, the others open."""
+
+import numpy as np
+import pytest
+from test_linkage_targets import COUPLER
+
+import explore
+from explore.analysis.certifying.certification import certify_designs
+from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_request
+
+LENGTHS = {"crank": 100.0, "coupler": 400.0, "rocker": 350.0, "ground": 420.0}
+POINT = {"M_along": 200.0, "M_across": 120.0}
+PATHS = ["path_error_rms", "path_error_max", "path_crank_span"]
+FUNCTIONS = ["output_error_rms", "output_error_max"]
+PAIRS = [[0, 0], [10, 4], [20, 7], [30, 9]]
+
+
+def proofs_of(source, design, metrics, target, change=None):
+    """The row of a design, and what is proved of it; `change` moves its first metric by so many errors."""
+    options = {"metrics": metrics, "window": "cycle"}
+    points = ["M"] if source == "crank-rocker" and target["kind"] == "path" else []
+    frame = explore.evaluate(source, design, target=target, points=points, **options)
+    (row,) = frame.astype(float).to_dict(orient="records")
+    mechanism = find_mechanism(source, points, target)
+    request = make_request(mechanism, **options)
+    if change is not None:
+        metric = next(metric for metric in request.metrics if metric.name == metrics[0])
+        columns = [np.array([row.get(name, 0.0)]) for name in metric.formula.inputs]
+        row[metrics[0]] += change * row["error"] * metric.formula.scale(*columns)[0]
+    proof, enclosed = certify_designs(request, {0: row}, [], is_front=False)[0]
+    return row, proof, enclosed
+
+
+def traced(turns, noise=0.0):
+    """Points of the curve of M at crank angles, deg, and near it."""
+    motion = explore.simulate("crank-rocker", LENGTHS, points={"M": tuple(POINT.values())}, angles=np.mod(turns, 360))
+    points = motion[["M_x", "M_y"]].to_numpy()
+    return (points + noise * np.random.default_rng(1).standard_normal(points.shape)).tolist()
+
+
+TURNS = np.array([10.0, 50.0, 93.0, 140.0, 201.0, 260.0])
+#: Keys of path targets: in order, closed and not; with crank angles from anywhere, and from the frame.
+KINDS = {
+    "closed": {"closed": True},
+    "open": {},
+    "weighted": {"weights": [1.0, 2.0, 0.5, 1.0, 3.0, 1.0]},
+    "free": {"crank_angles": (TURNS - 3.0).tolist()},
+    "frame": {"crank_angles": TURNS.tolist(), "angles_from": "frame"},
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_errors_of_paths_are_proved(kind):
+    target = {"kind": "path", "point": "M", "points": traced(TURNS, 0.5), **KINDS[kind]}
+    for metrics in (PATHS, PATHS[1:]):
+        _, proof, _ = proofs_of("crank-rocker", LENGTHS | POINT, metrics, target)
+        assert (proof.verdict, proof.reason) == ("proved", "")
+        _, proof, _ = proofs_of("crank-rocker", LENGTHS | POINT, metrics, target, change=1.5)
+        assert (proof.verdict, proof.reason.startswith(metrics[0])) == ("refuted", True)
+
+
+def test_rounding_is_what_the_error_says_where_the_curve_meets_the_points():
+    """There the error is rounding only, and its bound is relative to the size of the coordinates, not to it."""
+    target = {"kind": "path", "point": "M", "points": traced(TURNS), "closed": True}
+    row, proof, _ = proofs_of("crank-rocker", LENGTHS | POINT, PATHS, target)
+    assert row["path_error_rms"] < 1e-12 < row["error"] * 1e4 < 1e-9
+    assert (proof.verdict, proof.reason) == ("proved", "")
+
+
+def test_a_path_against_the_order_is_open():
+    """Its points are not nearest to the curve where the crank passes them in their order."""
+    points = traced(TURNS)
+    points[1], points[2] = points[2], points[1]
+    _, proof, _ = proofs_of(
+        "crank-rocker", LENGTHS | POINT, PATHS[:2], {"kind": "path", "point": "M", "points": points}
+    )
+    assert proof.verdict == "open"
+    assert proof.reason == "the path cannot be certified: the order keeps points from where the curve is nearest"
+
+
+def test_what_two_places_share_is_open():
+    """A point on the axis of a symmetric path has two nearest places, so that the span is not told."""
+    symmetric = {"crank": 100.0, "coupler": 400.0, "rocker": 400.0, "ground": 420.0, "M_along": 400.0, "M_across": 0.0}
+    target = {"kind": "path", "point": "M", "points": [[0, 300], [100, 300], [200, 300]]}
+    _, proof, _ = proofs_of("crank-rocker", symmetric, ["path_crank_span"], target)
+    assert proof.verdict == "open"
+
+
+def test_errors_of_functions_are_proved_also_where_the_crank_does_not_turn():
+    """Such a row has numbers, whatever its status says."""
+    for crank, code in ((30.0, 1), (90.0, 4)):
+        design = {"crank": crank, "coupler": 100.0, "rocker": 80.0, "ground": 110.0}
+        design |= {"input_start": 60.0, "output_start": 100.0}
+        target = {"kind": "function", "table": PAIRS}
+        row, proof, _ = proofs_of("crank-rocker", design, FUNCTIONS, target)
+        assert (row["status"], proof.verdict, proof.reason) == (code, "proved", "")
+        _, proof, _ = proofs_of("crank-rocker", design, FUNCTIONS, target, change=-1.5)
+        assert (proof.verdict, proof.reason.startswith("output_error_rms")) == ("refuted", True)
+
+
+def test_targets_of_tables_are_proved():
+    names = {"r1": 100.0, "r2": 400.0, "r3": 350.0, "r4": 420.0}
+    table = explore.Linkage(COUPLER)
+    path = {"kind": "path", "point": "M", "points": traced(TURNS, 0.5), "closed": True}
+    _, proof, _ = proofs_of(table, names | {"along": 200.0, "across": 120.0}, PATHS, path)
+    assert (proof.verdict, proof.reason) == ("proved", "")
+    function = {"kind": "function", "table": PAIRS}
+    starts = {"input_start": 60.0, "output_start": 100.0, "along": 0.0, "across": 0.0}
+    _, proof, _ = proofs_of(table, names | starts, FUNCTIONS, function)
+    assert (proof.verdict, proof.reason) == ("proved", "")
