@@ -27,7 +27,7 @@ from explore.model.quantities import AnyMetric, DerivedMetric, Formula
 from explore.model.target_kinds import STARTS
 from explore.model.targets import FunctionTarget, PathTarget
 
-#: What is searched for its least value, in sentences.
+#: Name in sentences of what is searched for its least value.
 _NAME = "the distance from the path"
 #: Longest step from a crank angle in doubles to the best one, rad.
 _NEAR = 1e-6
