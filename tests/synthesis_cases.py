@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from explore.synthesis.nine_points.four_bars import linkages_of
+
 _FILE = Path(__file__).parent / "reference" / "synthesis.json"
 
 
@@ -23,6 +25,23 @@ def case(name):
 def plane(pair):
     """A point of the plane from two decimal texts."""
     return complex(float(pair[0]), float(pair[1]))
+
+
+def pressure_angle_max(linkage):
+    """The largest angle between rod and guide of a slider-crank whose crank turns."""
+    assert linkage.crank + abs(linkage.offset) < linkage.rod
+    return np.arcsin((linkage.crank + abs(linkage.offset)) / linkage.rod)
+
+
+def real_linkages(found, points):
+    """The linkages of all real solutions through nine points, each with its cognates."""
+    return [each for row in found.real for each in linkages_of(found.solutions[row], complex(points[0]), found.size)]
+
+
+def are_proved(certificates):
+    """Whether all solutions are proved, distinct, and known to be real or not."""
+    known = certificates.is_real | certificates.is_not_real
+    return bool((certificates.is_proved & certificates.is_distinct & known).all())
 
 
 def least_ordered(squares):

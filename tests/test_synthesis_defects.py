@@ -49,7 +49,7 @@ def test_another_circuit():
     points = np.concatenate([TURNING.points([0.2, 0.9]), other(TURNING, -1).points([1.5])])
     passage = find_passage(TURNING, points)
     assert passage.fate == OTHER_CIRCUIT
-    assert "taken apart" in passage.sentence
+    assert "taken apart" in SENTENCES[passage.fate]
     upper, lower = SIDES.points([0.8, 1.2]), SIDES.points([-1.0])
     assert np.isfinite(upper).all()
     assert find_passage(SIDES, np.concatenate([upper, lower])).fate == OTHER_CIRCUIT

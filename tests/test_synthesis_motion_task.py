@@ -87,7 +87,7 @@ def test_pairs_of_fewer_poses_meet_them_by_simulation(count):
     assert len(good) > 100
     rotations, shifts = poses.displacements()
     for row in good[:: len(good) // 50]:
-        linkage = pairs.linkage(row, poses)
+        linkage = linkage_of(pairs, row, poses)
         pin, end = pairs.moving[:, row]
         angles = np.angle(np.append(pin, rotations * pin + shifts) - linkage.crank_pivot)
         position_errors, angle_errors = pose_errors(linkage, poses.angles[0] - np.angle(end - pin), poses, angles)
@@ -100,6 +100,13 @@ def test_pairs_of_fewer_poses_meet_them_by_simulation(count):
         frame = np.angle(linkage.rocker_pivot - linkage.crank_pivot)
         turn = linkage.transmission_angles(frame + np.linspace(0, 2 * np.pi, 721))
         assert np.minimum(turn, np.pi - turn).min() == pytest.approx(pairs.transmission_angles[row], abs=1e-6)
+
+
+def linkage_of(pairs, row, poses):
+    (crank_pivot, rocker_pivot), (pin, end) = pairs.fixed[:, row].tolist(), pairs.moving[:, row].tolist()
+    crank, coupler, rocker, _ = pairs.lengths[:, row].tolist()
+    point = (complex(poses.points[0]) - pin) / (end - pin)
+    return FourBar(crank_pivot, rocker_pivot, crank, coupler, rocker, point, int(pairs.branches[row]))
 
 
 def test_defects_are_told():

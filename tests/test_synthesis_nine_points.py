@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from synthesis_cases import case, plane
+from synthesis_cases import case, plane, real_linkages
 
 from explore.base.errors import RequestError
 from explore.synthesis.linkages import FourBar
@@ -94,18 +94,20 @@ def test_public_problems(name, n_real):
     points = points_of(name)
     found = find_all(points)
     assert found.is_complete
-    assert (len(found.real), len(found.linkages)) == (n_real, 3 * n_real)
-    for linkage in found.linkages:
+    linkages = real_linkages(found, points)
+    assert (len(found.real), len(linkages)) == (n_real, 3 * n_real)
+    for linkage in linkages:
         assert distances(linkage, points).max() < 1e-7
 
 
 def test_the_reference_case():
     inputs, outputs = case("path9pt_1")
     expected = {name: float(value) for name, value in outputs["one_solution"].items()}
-    found = find_all(np.array([plane(pair) for pair in inputs["points"]]))
+    points = np.array([plane(pair) for pair in inputs["points"]])
+    found = find_all(points)
     assert found.is_complete
     pivot = complex(expected["xA"], expected["yA"])
-    near = [each for each in found.linkages if abs(each.crank_pivot - pivot) < 1e-9 and each.crank < 1.01]
+    near = [each for each in real_linkages(found, points) if abs(each.crank_pivot - pivot) < 1e-9 and each.crank < 1.01]
     (linkage,) = [each for each in near if abs(each.ground - expected["d"]) < 1e-9]
     assert (linkage.crank, linkage.rocker) == pytest.approx((expected["a"], expected["c"]), rel=1e-10)
     side, other = abs(linkage.point) * linkage.coupler, abs(1 - linkage.point) * linkage.coupler
@@ -150,7 +152,7 @@ def misses(count, seed):
         number += not any(
             abs(other.crank_pivot - linkage.crank_pivot) + abs(other.rocker_pivot - linkage.rocker_pivot) < 1e-4
             or abs(other.rocker_pivot - linkage.crank_pivot) + abs(other.crank_pivot - linkage.rocker_pivot) < 1e-4
-            for other in found.linkages
+            for other in real_linkages(found, points)
         )
     return number
 

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from stopping import interrupt
+from synthesis_cases import are_proved
 
 from explore.base.errors import RequestError
 from explore.synthesis.defects import PASSES, WRONG_ORDER
@@ -41,12 +42,11 @@ def test_a_planted_crank_rocker_passes_in_order():
     points = CRANK_ROCKER.points(ANGLES)
     report = planted_report()
     assert report.is_complete
-    assert report.solutions.certificates.is_complete
+    assert are_proved(report.solutions.certificates)
     assert len(report.linkages) == 3 * len(report.solutions.real)
     (source,) = [each for each in report.linkages if is_same(each.linkage, CRANK_ROCKER)]
     assert source.passage.fate == PASSES
     assert source.is_proved
-    assert source.linkage_class == "crank_rocker"
     assert sorted(each.cognate for each in report.linkages if each.solution == source.solution) == [0, 1, 2]
     # Those that pass come first, and simulated they do, at angles that go one way.
     n_passing = sum(each.passage.fate == PASSES for each in report.linkages)
@@ -70,7 +70,7 @@ def test_points_in_another_order():
 def test_singular_linkages_are_reported_but_not_proved():
     report = find_linkages(SYMMETRIC)
     assert report.is_complete
-    assert report.solutions.certificates.is_complete
+    assert are_proved(report.solutions.certificates)
     unproved = [each for each in report.linkages if not each.is_proved]
     assert unproved
     # Their pivot is the point on the axis.
@@ -87,7 +87,7 @@ def test_the_sentence_says_what_is_lost_and_not_proved():
     proofs = dataclasses.replace(report.solutions.certificates, is_proved=np.arange(1442) < 1440)
     partial = dataclasses.replace(report, solutions=dataclasses.replace(report.solutions, certificates=proofs))
     assert not partial.is_complete
-    assert not partial.solutions.certificates.is_complete
+    assert not are_proved(partial.solutions.certificates)
     assert partial.sentence.startswith(
         "Of 1,442 paths 1,440 lead to regular solutions, all proved; 2 are lost or lead to"
     )
@@ -102,15 +102,15 @@ def test_what_is_not_proved_is_not_counted_beside_what_is():
     ends[7] = [3e6, 2e6j, 5e6, 1e6, 4e6j, 3e6, 1e6j, 2e6]
     fates[9] = LOST
     bad = Ends(ends, fates, np.ones(1442, np.int64))
-    both = merge([bad, good], whole.points, whole.size)
+    both = merge([bad, good], CRANK_ROCKER.points(ANGLES), whole.size)
     assert len(both.solutions) == 1442
     assert both.is_complete
-    alone = merge([bad], whole.points, whole.size)
+    alone = merge([bad], CRANK_ROCKER.points(ANGLES), whole.size)
     assert (alone.certificates.n_proved, alone.n_unproved, alone.n_lost) == (1440, 1, 2)
     assert not alone.is_complete
     # A path said to go to infinity leaves no room for the solution that the other system finds.
     wrong = dataclasses.replace(good, fates=np.where(np.arange(1442) == 9, INFINITE, REGULAR))
-    contradicting = merge([wrong, good], whole.points, whole.size)
+    contradicting = merge([wrong, good], CRANK_ROCKER.points(ANGLES), whole.size)
     assert contradicting.certificates.n_proved == 1442
     assert not contradicting.is_complete
     assert (
@@ -119,7 +119,7 @@ def test_what_is_not_proved_is_not_counted_beside_what_is():
     # Two paths that end at one solution hide that a path is lost.
     ends = good.solutions.copy()
     ends[3] = ends[4]
-    twice = merge([Ends(ends, np.full(1442, REGULAR), good.windings)], whole.points, whole.size)
+    twice = merge([Ends(ends, np.full(1442, REGULAR), good.windings)], CRANK_ROCKER.points(ANGLES), whole.size)
     assert (len(twice.solutions), twice.n_lost, twice.is_complete) == (1441, 1, False)
 
 

@@ -44,11 +44,6 @@ class Passage:
     fate: str
     angles: FloatArray
 
-    @property
-    def sentence(self) -> str:
-        """The fate in words."""
-        return SENTENCES[self.fate]
-
 
 @dataclass(frozen=True)
 class _Position:

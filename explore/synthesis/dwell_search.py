@@ -132,7 +132,7 @@ def _starts(task: DwellTask, rng: np.random.Generator) -> Fits:
     reach = task.link_ratio_max * np.sqrt(rng.uniform(size=len(lengths)))
     anywhere = reach * np.exp(1j * rng.uniform(0.0, 2.0 * np.pi, len(lengths)))
     dwell = couplers(lengths, begins[:, None] + np.linspace(0.0, task.span, _N_DWELL))
-    fitted = fit_circles(dwell.pins + dwell.directions * anywhere[:, None]).centres
+    fitted = fit_circles(dwell.pins + dwell.directions * anywhere[:, None])
     points, centres = np.concatenate([*held.T, anywhere]), np.concatenate([*centres.T, fitted])
     with np.errstate(invalid="ignore"):
         near = np.flatnonzero((np.abs(points) <= 1.5 * task.link_ratio_max) & np.isfinite(centres))

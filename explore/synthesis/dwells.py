@@ -19,17 +19,8 @@ _N_ANGLES = 1 << 16
 _N_STEPS = 5
 
 
-@dataclass(frozen=True)
-class Circles:
-    """Circles fitted to arcs by least squares, and the largest distance of a point of each arc, each (n,)."""
-
-    centres: ComplexArray
-    radii: FloatArray
-    deviations: FloatArray
-
-
-def fit_circles(points: ComplexArray) -> Circles:
-    """Fit a circle to each row of points, shape (n, k); NaN for points on a line."""
+def fit_circles(points: ComplexArray) -> ComplexArray:
+    """Centres, (n,), of circles fitted to rows of points, (n, k), by least squares; NaN for points on a line."""
     middle = points.mean(axis=1, keepdims=True)
     near = points - middle
     square = np.abs(near) ** 2
@@ -43,10 +34,7 @@ def fit_circles(points: ComplexArray) -> Circles:
         centres = (yy * right[:, 0] - xy * right[:, 1] + 1j * (xx * right[:, 1] - xy * right[:, 0])) / determinant
         for _ in range(_N_STEPS):
             centres = centres + _gauss_newton_step(near, centres)
-        distances = np.abs(near - centres[:, None])
-        radii = distances.mean(axis=1)
-        deviations = np.abs(distances - radii[:, None]).max(axis=1)
-    return Circles(centres + middle[:, 0], radii, deviations)
+    return np.asarray(centres + middle[:, 0])
 
 
 def _gauss_newton_step(points: ComplexArray, centres: ComplexArray) -> ComplexArray:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.defects import OTHER_BRANCH, OTHER_CIRCUIT, PASSES, WRONG_ORDER
-from explore.synthesis.linkages import ComplexArray, FourBar
+from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.poses import Poses, burmester_curves, find_dyads, fixed_pivots
 
 BoolArray = npt.NDArray[np.bool_]
@@ -83,13 +83,6 @@ class Pairs:
         """Some of them."""
         columns = vars(self).values()
         return Pairs(*(column[:, chosen] if column.ndim == 2 else column[chosen] for column in columns))
-
-    def linkage(self, row: int, poses: Poses) -> FourBar:
-        """The four-bar of a row; its coupler point is that of the poses."""
-        (crank_pivot, rocker_pivot), (pin, end) = self.fixed[:, row].tolist(), self.moving[:, row].tolist()
-        point = (complex(poses.points[0]) - pin) / (end - pin)
-        crank, coupler, rocker, _ = self.lengths[:, row].tolist()
-        return FourBar(crank_pivot, rocker_pivot, crank, coupler, rocker, point, int(self.branches[row]))
 
 
 def find_pairs(poses: Poses, length_max: float, seed: int = 0, boxes: tuple[PivotBox, PivotBox] = ANYWHERE) -> Pairs:

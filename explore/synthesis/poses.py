@@ -47,11 +47,6 @@ class Dyad:
     fixed: complex
     moving: complex
 
-    @property
-    def length(self) -> float:
-        """Length of the link between them."""
-        return abs(self.moving - self.fixed)
-
 
 def fixed_pivots(poses: Poses, moving: ComplexArray) -> ComplexArray:
     """The fixed pivots that moving pivots, (n,), need for three poses: centres of the circles through three points.

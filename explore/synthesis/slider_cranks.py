@@ -29,21 +29,6 @@ class SliderCrank:
     direction: float
     point: complex
 
-    @property
-    def lengths(self) -> tuple[float, float]:
-        """Crank and rod."""
-        return self.crank, self.rod
-
-    @property
-    def is_crank_turning(self) -> bool:
-        """Whether the crank turns fully."""
-        return self.crank + abs(self.offset) < self.rod
-
-    @property
-    def pressure_angle_max(self) -> float:
-        """The largest angle between rod and guide over the turn, rad; NaN if the crank does not turn fully."""
-        return float(np.arcsin((self.crank + abs(self.offset)) / self.rod)) if self.is_crank_turning else float("nan")
-
     def crank_pins(self, angles: FloatArray) -> ComplexArray:
         """The pin of the crank at angles of the crank in the plane, rad, shape (n,)."""
         return np.asarray(self.crank_pivot + self.crank * np.exp(1j * np.asarray(angles)))

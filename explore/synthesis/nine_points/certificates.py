@@ -54,11 +54,6 @@ class Certificates:
         """Number of solutions that are proved, and to differ from all others."""
         return int((self.is_proved & self.is_distinct).sum())
 
-    @property
-    def is_complete(self) -> bool:
-        """Whether all solutions are proved, distinct, and known to be real or not."""
-        return bool((self.is_proved & self.is_distinct & (self.is_real | self.is_not_real)).all())
-
     def of(self, rows: npt.NDArray[np.intp]) -> Certificates:
         """Those of some solutions, which need to differ from each other only."""
         proved = self.is_proved[rows]

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from explore.mechanisms.four_bar import CLASS_LABELS, classify
 from explore.model.progress import ReportProgress
 from explore.synthesis.defects import MISSES, PASSES, SENTENCES, Passage, find_passage
 from explore.synthesis.linkages import ComplexArray, FourBar, driven_by_rocker
@@ -22,14 +21,12 @@ class FoundLinkage:
     """A linkage through the nine points.
 
     Its crank is the link that drives it past the points best, of two the shorter one. Number of its real solution, from
-    1, and of its cognate, 0 … 2; its class by Grashof, in the words of `explore.mechanisms.four_bar`; how it passes the
-    points; whether it is proved to exist.
+    1, and of its cognate, 0 … 2; how it passes the points; whether it is proved to exist.
     """
 
     linkage: FourBar
     solution: int
     cognate: int
-    linkage_class: str
     passage: Passage
     is_proved: bool
 
@@ -89,8 +86,7 @@ def simulated(linkage: FourBar, points: ComplexArray, number: int, cognate: int,
     """The linkage, driven by the link that passes the points best."""
     driven = [(each, find_passage(each, points)) for each in (linkage, driven_by_rocker(linkage))]
     best, passage = min(driven, key=lambda pair: list(SENTENCES).index(pair[1].fate))
-    label = CLASS_LABELS[int(classify(*best.lengths)[0])]
-    return FoundLinkage(best, number, cognate, label, passage, is_proved)
+    return FoundLinkage(best, number, cognate, passage, is_proved)
 
 
 def rank(found: FoundLinkage) -> tuple[int, float]:

@@ -8,12 +8,12 @@ import numpy.typing as npt
 
 from explore.base.errors import RequestError
 from explore.model.progress import ReportProgress
-from explore.synthesis.linkages import ComplexArray, FourBar
+from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.nine_points.certificates import Certificates, certify
 from explore.synthesis.nine_points.classes import N_CLASSES, SAME, distinct, has_point, shortest_link
 from explore.synthesis.nine_points.endgame import DEGENERATE, INFINITE, LOST, REGULAR, SINGULAR
 from explore.synthesis.nine_points.equations import N_POINTS
-from explore.synthesis.nine_points.four_bars import distance_from_real, linkages_of
+from explore.synthesis.nine_points.four_bars import distance_from_real
 from explore.synthesis.nine_points.homotopy import Ends, has_more_digits, is_repeated, solve
 
 #: Largest relative distance of hats from conjugates in real solutions.
@@ -28,10 +28,8 @@ class NinePointSolutions:
 
     Attributes
     ----------
-    points
-        The points, complex, shape (9,).
     size
-        Their mean distance to the first.
+        Mean distance of the points to the first.
     solutions
         The regular ones, one of each class, shape (n, 8), from the first point in units of `size`; first those that are
         proved.
@@ -50,11 +48,8 @@ class NinePointSolutions:
         Whether the user stopped before all paths were followed.
     is_consistent
         Whether no start system leads more paths elsewhere than the proved solutions leave.
-    linkages
-        The linkages of the real ones with their cognates, three to a class; each with both orders of its dyads is one.
     """
 
-    points: ComplexArray
     size: float
     solutions: ComplexArray
     certificates: Certificates
@@ -65,7 +60,6 @@ class NinePointSolutions:
     n_infinite: int
     is_interrupted: bool
     is_consistent: bool
-    linkages: tuple[FourBar, ...]
 
     @property
     def n_unproved(self) -> int:
@@ -130,11 +124,10 @@ def merge(systems: Sequence[Ends], points: ComplexArray, size: float) -> NinePoi
         certificates = certificates.of(np.flatnonzero(certificates.is_proved & certificates.is_distinct))
     found = certificates.centres
     real = np.flatnonzero(distance_from_real(found) < _REAL)
-    linkages = [linkage for row in real for linkage in linkages_of(found[row], points[0], size)]
     n_singular, n_degenerate, n_infinite = (ends.count(fate) for fate in (SINGULAR, DEGENERATE, INFINITE))
     return NinePointSolutions(
-        points, size, found, certificates, real, ends.singular, n_singular, n_degenerate, n_infinite,
-        any(each.is_interrupted for each in systems), min(rooms) >= 0, tuple(linkages),
+        size, found, certificates, real, ends.singular, n_singular, n_degenerate, n_infinite,
+        any(each.is_interrupted for each in systems), min(rooms) >= 0,
     )  # fmt: skip
 
 

@@ -91,13 +91,12 @@ class Drawn(NamedTuple):
 
 
 class Laid(NamedTuple):
-    """Four-bars laid over the points: rows of those drawn, their windows, and what fits best, each (m,).
+    """Four-bars laid over the points: their windows, and what fits best, each (m,).
 
     Crank's pivot, vector of the frame over the ground, and of the coupler point over it, complex; angles of the body
     from the coupler, rad; weighted sums of squares.
     """
 
-    rows: np.ndarray
     windows: np.ndarray
     pivots: ComplexArray
     frames: ComplexArray
@@ -137,9 +136,7 @@ def lay(goal: Goal, drawn: Drawn, windows: FloatArray) -> Laid:
         _lay(goal, drawn.rows(slice(k, k + _CHUNK)), samples % _N_SAMPLES)
         for k in range(0, len(drawn.branches), _CHUNK)
     ]
-    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    columns[0] = np.arange(len(columns[0]))
-    return Laid(*columns)
+    return Laid(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def _lay(goal: Goal, drawn: Drawn, samples: np.ndarray) -> Laid:
@@ -170,7 +167,7 @@ def _lay(goal: Goal, drawn: Drawn, samples: np.ndarray) -> Laid:
     best = np.nan_to_num(errors, nan=np.inf).argmin(axis=1)
     every = np.arange(len(best))
     chosen = (column[every, best] for column in (pivots, frames, arms, bodies, errors))
-    return Laid(every, best, *chosen)
+    return Laid(best, *chosen)
 
 
 def _solve_places(
