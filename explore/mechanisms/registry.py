@@ -121,18 +121,6 @@ def mechanism_by_name(
     return (mechanism.for_signals(names) if names else mechanism).with_target(target).with_given(given)
 
 
-def _extended_by_name(
-    name: str,
-    points: tuple[str, ...],
-    target: Target | None,
-    given: tuple[GivenMetric, ...],
-    names: frozenset[str],
-) -> Mechanism:
-    """The extended mechanism of the mechanism of that name, or this where one kernel fills all signals."""
-    mechanism = mechanism_by_name(name, points, target, given, names)
-    return mechanism.extended or mechanism
-
-
 def _of_table(
     table: LinkageTable,
     specialised: tuple[frozenset[str], bool] | None,
@@ -147,26 +135,23 @@ def _of_table(
     return mechanism.with_target(target).with_given(given)
 
 
-def _extended_of_table(
-    table: LinkageTable,
-    specialised: tuple[frozenset[str], bool] | None,
-    target: Target | None,
-    given: tuple[GivenMetric, ...],
-) -> Mechanism:
-    mechanism = _of_table(table, specialised, target, given)
+def _extended(find: Callable[..., Mechanism], *arguments: Any) -> Mechanism:
+    """The extended mechanism of what is found, or this where one kernel fills all signals."""
+    mechanism = find(*arguments)
     return mechanism.extended or mechanism
 
 
 def _reduce(mechanism: Mechanism) -> tuple[Callable[..., Mechanism], tuple[Any, ...]]:
     """How a mechanism is pickled: as its name or its table, so that a worker loads its own compiled functions."""
-    if mechanism.name.startswith(PREFIX):
-        find_one = _of_table if mechanism.extended else _extended_of_table
-        return find_one, (mechanism.table, mechanism.specialised, mechanism.target, mechanism.given)
-    kernel = mechanism.extended or mechanism
-    names = frozenset(signal.name for signal in kernel.signals if mechanism.specialise and kernel.fills(signal))
+    find: Callable[..., Mechanism] = _of_table
+    arguments: tuple[Any, ...] = (mechanism.table, mechanism.specialised, mechanism.target, mechanism.given)
+    if not mechanism.name.startswith(PREFIX):
+        kernel = mechanism.extended or mechanism
+        names = frozenset(signal.name for signal in kernel.signals if mechanism.specialise and kernel.fills(signal))
+        find = mechanism_by_name
+        arguments = (mechanism.name, mechanism.points, mechanism.target, mechanism.given, names)
     # An extended mechanism has none of its own.
-    find = mechanism_by_name if mechanism.extended else _extended_by_name
-    return find, (mechanism.name, mechanism.points, mechanism.target, mechanism.given, names)
+    return (find, arguments) if mechanism.extended else (_extended, (find, *arguments))
 
 
 copyreg.pickle(Mechanism, _reduce)
