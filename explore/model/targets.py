@@ -29,18 +29,25 @@ class Target(ABC):
     doer: ClassVar[str]
 
     @property
-    @abstractmethod
     def path(self) -> PathTarget | None:
         """The places that a point is to pass, for figures; None where the target has none."""
+        return None
 
     @abstractmethod
     def to_content(self) -> dict[str, Any]:
         """The section of a study file, in declared units, without keys that are at their defaults."""
 
     @classmethod
-    @abstractmethod
     def from_content(cls, content: Any) -> Self:
         """The target of `to_content`; ValueError if the content has another form."""
+        try:
+            return cls._read(content)
+        except (KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"a target lacks {error}") from None
+
+    @classmethod
+    @abstractmethod
+    def _read(cls, content: Any) -> Self: ...
 
     @classmethod
     @abstractmethod
@@ -91,15 +98,11 @@ class PathTarget(Target):
         return {"kind": self.kind, **content}
 
     @classmethod
-    def from_content(cls, content: Any) -> PathTarget:
-        """The target of `to_content`; ValueError if the content has another form."""
-        try:
-            places = tuple((float(x), float(y)) for x, y in content["points"])
-            weights, angles = (tuple(map(float, content.get(key, ()))) for key in ("weights", "crank_angles"))
-            start = content.get("angles_from", "free")
-            target = cls(str(content["point"]), places, bool(content.get("closed", False)), weights, angles, start)
-        except (KeyError, TypeError, AttributeError) as error:
-            raise ValueError(f"a target lacks {error}") from None
+    def _read(cls, content: Any) -> PathTarget:
+        places = tuple((float(x), float(y)) for x, y in content["points"])
+        weights, angles = (tuple(map(float, content.get(key, ()))) for key in ("weights", "crank_angles"))
+        start = content.get("angles_from", "free")
+        target = cls(str(content["point"]), places, bool(content.get("closed", False)), weights, angles, start)
         numbers = [*(number for place in places for number in place), *weights, *angles]
         if not all(map(isfinite, numbers)) or not 0 < len(places) <= MOST_TARGET_POINTS:
             raise ValueError("a target has finite points")
@@ -126,21 +129,13 @@ class FunctionTarget(Target):
     kind: ClassVar[str] = "function"
     doer: ClassVar[str] = "the output"
 
-    @property
-    def path(self) -> None:
-        """No point has places to pass."""
-
     def to_content(self) -> dict[str, Any]:
         """The section of a study file, in declared units."""
         return {"kind": self.kind, "table": [list(pair) for pair in self.table]}
 
     @classmethod
-    def from_content(cls, content: Any) -> FunctionTarget:
-        """The target of `to_content`; ValueError if the content has another form."""
-        try:
-            table = tuple((float(x), float(y)) for x, y in content["table"])
-        except (KeyError, TypeError) as error:
-            raise ValueError(f"a target lacks {error}") from None
+    def _read(cls, content: Any) -> FunctionTarget:
+        table = tuple((float(x), float(y)) for x, y in content["table"])
         if not all(map(isfinite, chain(*table))) or not 0 < len(table) <= MOST_TARGET_POINTS:
             raise ValueError("a target has finite pairs")
         return cls(table)
@@ -196,13 +191,9 @@ class PosesTarget(Target):
         return {"kind": self.kind, **content}
 
     @classmethod
-    def from_content(cls, content: Any) -> PosesTarget:
-        """The target of `to_content`; ValueError if the content has another form."""
-        try:
-            poses = tuple((float(x), float(y), float(angle)) for x, y, angle in content["poses"])
-            target = cls(str(content["point"]), poses, float(content.get("lever", 0)), content.get("order", "given"))
-        except (KeyError, TypeError) as error:
-            raise ValueError(f"a target lacks {error}") from None
+    def _read(cls, content: Any) -> PosesTarget:
+        poses = tuple((float(x), float(y), float(angle)) for x, y, angle in content["poses"])
+        target = cls(str(content["point"]), poses, float(content.get("lever", 0)), content.get("order", "given"))
         if not all(map(isfinite, chain(*poses))) or not 0 < len(poses) <= MOST_TARGET_POINTS:
             raise ValueError("a target has finite poses")
         if not (0.0 <= target.lever < inf and target.length > 0.0):
@@ -234,21 +225,13 @@ class DwellTarget(Target):
     kind: ClassVar[str] = "dwell"
     doer: ClassVar[str] = "the output"
 
-    @property
-    def path(self) -> None:
-        """No point has places to pass."""
-
     def to_content(self) -> dict[str, Any]:
         """The section of a study file, in declared units."""
         return {"kind": self.kind, **({"angle": self.angle} if self.angle else {"travel": self.travel})}
 
     @classmethod
-    def from_content(cls, content: Any) -> DwellTarget:
-        """The target of `to_content`; ValueError if the content has another form."""
-        try:
-            angle, travel = (float(content.get(key, 0.0)) for key in ("angle", "travel"))
-        except TypeError as error:
-            raise ValueError(f"a target lacks {error}") from None
+    def _read(cls, content: Any) -> DwellTarget:
+        angle, travel = (float(content.get(key, 0.0)) for key in ("angle", "travel"))
         if not (0.0 <= angle < 360.0 and 0.0 <= travel < inf and bool(angle) != bool(travel)):
             raise ValueError("a dwell has an angle between 0 and 360 deg, or a travel above 0")
         return cls(angle, travel)
