@@ -21,19 +21,6 @@ _DEVIATIONS = 3.0
 _CHUNK = 4096
 
 
-def _dispersion(
-    crank: FloatArray, coupler: FloatArray, rocker: FloatArray, ground: FloatArray, swing: FloatArray
-) -> FloatArray:
-    return _of_swinging(_value_of, crank, coupler, rocker, ground, swing)
-
-
-def _rounding(
-    crank: FloatArray, coupler: FloatArray, rocker: FloatArray, ground: FloatArray, swing: FloatArray
-) -> FloatArray:
-    """Bound of the absolute error: sizes are differences of larger angles, which are sensitive where links fold."""
-    return _of_swinging(_rounding_of, crank, coupler, rocker, ground, swing)
-
-
 def _of_swinging(function: Callable[..., FloatArray], *columns: FloatArray) -> FloatArray:
     """A function of the lengths, of the shape (n, 1), where the rocker swings; the swing is the last column."""
     found = np.full(len(columns[0]), np.nan)
@@ -44,15 +31,24 @@ def _of_swinging(function: Callable[..., FloatArray], *columns: FloatArray) -> F
     return found
 
 
-def _value_of(crank: FloatArray, coupler: FloatArray, rocker: FloatArray, ground: FloatArray) -> FloatArray:
-    extended, overlapped, _, _ = _ends(crank, coupler, rocker, ground)
-    return _ratio(_sizes(crank, coupler, rocker, ground, extended, overlapped))
+def _dispersion(*columns: FloatArray) -> FloatArray:
+    return _of_swinging(_value_of, *columns)
 
 
-def _rounding_of(crank: FloatArray, coupler: FloatArray, rocker: FloatArray, ground: FloatArray) -> FloatArray:
-    lengths = crank, coupler, rocker, ground
-    extended, overlapped, of_extended, of_overlapped = _ends(*lengths)
-    sizes = _sizes(*lengths, extended, overlapped)
+def _rounding(*columns: FloatArray) -> FloatArray:
+    """Bound of the absolute error: sizes are differences of larger angles, which are sensitive where links fold."""
+    return _of_swinging(_rounding_of, *columns)
+
+
+def _value_of(*lengths: FloatArray) -> FloatArray:
+    extended, overlapped, _, _ = _ends(lengths)
+    return _ratio(_sizes(lengths, extended, overlapped))
+
+
+def _rounding_of(*lengths: FloatArray) -> FloatArray:
+    crank, coupler, rocker, ground = lengths
+    extended, overlapped, of_extended, of_overlapped = _ends(lengths)
+    sizes = _sizes(lengths, extended, overlapped)
     value, mean = _ratio(sizes), sizes.mean(axis=1)
     angles = extended + (overlapped - extended) * np.linspace(0.0, 1.0, _N_SAMPLES)
     diagonal = np.hypot(crank * np.sin(angles), ground - crank * np.cos(angles))
@@ -61,14 +57,13 @@ def _rounding_of(crank: FloatArray, coupler: FloatArray, rocker: FloatArray, gro
     differences = own[:, :-2] ** 2 + 4.0 * own[:, 1:-1] ** 2 + own[:, 2:] ** 2  # of roundings that are independent
     total = _DEVIATIONS * np.sqrt((slopes**2 * differences).sum(axis=1)) / mean
     for moved in ((extended + of_extended, overlapped), (extended, overlapped + of_overlapped)):
-        total += np.abs(_ratio(_sizes(*lengths, *moved)) - value)
+        total += np.abs(_ratio(_sizes(lengths, *moved)) - value)
     return np.asarray(total)
 
 
-def _ends(
-    crank: FloatArray, coupler: FloatArray, rocker: FloatArray, ground: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _ends(lengths: tuple[FloatArray, ...]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """The crank angles of the extended and the overlapped position, and bounds of their roundings."""
+    crank, coupler, rocker, ground = lengths
     extended = _angle_between(coupler + crank, ground, rocker)
     overlapped = _angle_between(coupler - crank, ground, rocker) + np.pi
     return (
@@ -77,15 +72,9 @@ def _ends(
     )  # fmt: skip
 
 
-def _sizes(
-    crank: FloatArray,
-    coupler: FloatArray,
-    rocker: FloatArray,
-    ground: FloatArray,
-    extended: FloatArray,
-    overlapped: FloatArray,
-) -> FloatArray:
+def _sizes(lengths: tuple[FloatArray, ...], extended: FloatArray, overlapped: FloatArray) -> FloatArray:
     """Magnitudes of the second differences, shape (n, samples less two)."""
+    crank, coupler, rocker, ground = lengths
     angles = extended + (overlapped - extended) * np.linspace(0.0, 1.0, _N_SAMPLES)
     across, along = crank * np.sin(angles), ground - crank * np.cos(angles)
     rocker_angle = _angle_between(np.hypot(across, along), rocker, coupler) + np.arctan2(across, along)
