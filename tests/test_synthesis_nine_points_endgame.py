@@ -21,7 +21,7 @@ from explore.synthesis.nine_points.endgame import (
 from explore.synthesis.nine_points.homotopy import follow, solve, start_system
 from explore.synthesis.nine_points.regularity import is_regular
 from explore.synthesis.nine_points.solving import find_all
-from explore.synthesis.nine_points.tracking import ARRIVED, FATE, N_SIDES
+from explore.synthesis.nine_points.tracking import N_SIDES
 
 ANGLES = np.arange(9) * 2 * np.pi / 9 + 0.1 * np.random.default_rng(1).normal(size=9)
 FREE = np.random.default_rng(5).normal(size=(4, 2)) @ [1, 1j]
@@ -118,8 +118,7 @@ def test_both_start_systems_lead_to_the_same_solutions():
 
 
 def go_on(places, start, rates):
-    ends, facts = follow(places, start, rates, 1e-6, 2000, 1e-6)
-    return ends, facts[:, FATE] == ARRIVED
+    return follow(places, start, rates, 1e-6, 2000, 1e-6)
 
 
 def test_regular_paths_have_limits_too():
@@ -128,8 +127,8 @@ def test_regular_paths_have_limits_too():
     parameters = parameters_of(np.random.default_rng(0).normal(size=(9, 2)) @ [1, 1j])
     last = 0.05 * (parameters - start)
     near, _ = follow(solutions[:40], start, parameters - last - start, 1e-6, 5000, 1e-12)
-    ends, facts = follow(near, parameters - last, last, 1e-6, 5000, 1e-12)
-    arrived = (facts[:, FATE] == ARRIVED) & is_regular(ends, parameters)
+    ends, arrived = follow(near, parameters - last, last, 1e-6, 5000, 1e-12)
+    arrived &= is_regular(ends, parameters)
     assert arrived.sum() > 35
     limits = find_limits(near[arrived], parameters, last, go_on, SHRINKAGES[0])
     is_found = limits.fates == REGULAR

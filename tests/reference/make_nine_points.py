@@ -15,7 +15,6 @@ import numpy as np
 
 from explore.synthesis.nine_points.classes import distinct, is_degenerate, residuals
 from explore.synthesis.nine_points.homotopy import follow
-from explore.synthesis.nine_points.tracking import ARRIVED, FATE
 
 QUIET = 10
 
@@ -53,8 +52,8 @@ def find_classes(seed, report=print):
         corners = (rng.normal(size=(2, 16)) + 1j * rng.normal(size=(2, 16))) * np.sqrt(0.5)
         moved = solutions
         for first, second in ((start, corners[0]), (corners[0], corners[1]), (corners[1], start)):
-            moved, facts = follow(moved, first, second - first, 3e-4, 3000, 1e-9)
-            moved = moved[(facts[:, FATE] == ARRIVED) & ~is_degenerate(moved, 1e-7)]
+            moved, arrived = follow(moved, first, second - first, 3e-4, 3000, 1e-9)
+            moved = moved[arrived & ~is_degenerate(moved, 1e-7)]
         both = np.concatenate([solutions, moved[residuals(moved, start) < 1e-9]])
         solutions = both[distinct(both)]
         history.append(len(solutions))

@@ -13,8 +13,6 @@ Morgan, A. J. Sommese, Complete solution of the nine-point path synthesis proble
 114 (1992) 153-159). Parameters are d_1 … d_8 and their hats.
 """
 
-import numpy as np
-
 from explore.base.subroutines import subroutine
 
 N_UNKNOWNS, N_POINTS, N_PARAMETERS = 8, 8, 16
@@ -68,11 +66,8 @@ def linearise(z, parameters, rates, jacobian, values, by_time):
 
 @subroutine()
 def eliminate(matrix, right):
-    """Solve a linear system in place, by elimination with pivots; the smallest over the largest pivot, 0 if
-    singular.
-    """
+    """Solve a linear system in place, by elimination with pivots; leave it as it is where it turns out singular."""
     n = N_UNKNOWNS
-    smallest, largest = np.inf, 0.0
     for k in range(n):
         best, pivot = k, magnitude(matrix[k, k])
         for i in range(k + 1, n):
@@ -80,8 +75,7 @@ def eliminate(matrix, right):
             if size > pivot:
                 best, pivot = i, size
         if not pivot > 1e-140:
-            return 0.0
-        smallest, largest = min(smallest, pivot), max(largest, pivot)
+            return
         for column in range(k, n):
             matrix[k, column], matrix[best, column] = matrix[best, column], matrix[k, column]
         right[k], right[best] = right[best], right[k]
@@ -98,4 +92,3 @@ def eliminate(matrix, right):
         for column in range(k + 1, n):
             value -= matrix[k, column] * right[column]
         right[k] = value * matrix[k, k]
-    return smallest / largest

@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from explore.model.progress import ReportProgress
-from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.nine_points.classes import (
     SAME,
@@ -31,7 +30,7 @@ from explore.synthesis.nine_points.endgame import (
     find_limits,
 )
 from explore.synthesis.nine_points.regularity import is_regular
-from explore.synthesis.nine_points.tracking import ARRIVED, FATE, N_FACTS, track
+from explore.synthesis.nine_points.tracking import track
 
 #: Attempt at a path: error of the predictor, which cognate is followed, most steps, and least step.
 _Attempt = tuple[float, int, int, float]
@@ -128,9 +127,9 @@ def solve(parameters: ComplexArray, number: int, report: ReportProgress | None =
         found = replace(found, is_interrupted=True)
     fates[(fates == REGULAR) & ~is_regular(ends, parameters)] = SINGULAR
     regular = np.flatnonzero(fates == REGULAR)
-    ends[regular], facts = follow(ends[regular], parameters, np.zeros_like(parameters), 1e-6, 10, 1e-3)
+    ends[regular], arrived = follow(ends[regular], parameters, np.zeros_like(parameters), 1e-6, 10, 1e-3)
     # Circles around several paths to infinity may have a limit that solves no equation.
-    fates[regular[facts[:, FATE] != ARRIVED]] = LOST
+    fates[regular[~arrived]] = LOST
     fates[(fates == REGULAR) & is_degenerate(ends, _DEGENERATE)] = DEGENERATE
     fates[is_repeated(ends, fates == REGULAR)] = LOST
     if not found.is_interrupted:
@@ -235,8 +234,7 @@ def _arrive(
     todo = np.arange(len(solutions))
     is_good = np.zeros(len(solutions), dtype=bool)
     for wanted, member, most_steps, least_step in attempts:
-        found[todo], facts = follow(members[member][todo], start, rates, wanted, most_steps, least_step)
-        arrived = facts[:, FATE] == ARRIVED
+        found[todo], arrived = follow(members[member][todo], start, rates, wanted, most_steps, least_step)
         good = arrived & ~is_degenerate(found[todo], _DEGENERATE) & (residuals(found[todo], start + rates) < _RESIDUAL)
         is_good[todo] = good & np.isfinite(keys(found[todo])).all(axis=1)
         repeated = is_repeated(found, is_good)
@@ -251,8 +249,7 @@ def _follow_on(
     solutions: ComplexArray, start: ComplexArray, rates: ComplexArray
 ) -> tuple[ComplexArray, npt.NDArray[np.bool_]]:
     """Follow solutions to a smaller circle."""
-    ends, facts = follow(solutions, start, rates, 1e-6, 2_000, 1e-6)
-    return ends, facts[:, FATE] == ARRIVED
+    return follow(solutions, start, rates, 1e-6, 2_000, 1e-6)
 
 
 def follow(
@@ -262,19 +259,19 @@ def follow(
     wanted: float,
     most_steps: int,
     least_step: float,
-) -> tuple[ComplexArray, FloatArray]:
-    """Follow solutions on all cores; see `track`."""
+) -> tuple[ComplexArray, npt.NDArray[np.bool_]]:
+    """Follow solutions on all cores, and tell which arrive; see `track`."""
     ends = np.ascontiguousarray(solutions)
     ends = ends.copy() if ends is solutions else ends
-    facts = np.zeros((len(ends), N_FACTS))
+    arrived = np.zeros(len(ends), dtype=bool)
 
     def run(first: int) -> None:
         part = slice(first, first + _CHUNK)
-        track(ends[part], start, rates, wanted, most_steps, least_step, facts[part])
+        track(ends[part], start, rates, wanted, most_steps, least_step, arrived[part])
 
     with ThreadPoolExecutor(cpu_count()) as pool:
         list(pool.map(run, range(0, len(ends), _CHUNK)))
-    return ends, facts
+    return ends, arrived
 
 
 def is_repeated(found: ComplexArray, is_good: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:

@@ -10,18 +10,6 @@ from explore.base.compiling import compiled
 from explore.base.subroutines import subroutine
 from explore.synthesis.nine_points.equations import N_PARAMETERS, N_UNKNOWNS, eliminate, linearise, magnitude
 
-# What became of a path.
-ARRIVED, TOO_MANY_STEPS, STEP_TOO_SMALL, NOT_CONVERGED = range(4)
-#: Column of the facts of a path with its fate.
-FATE = 0
-#: Column of the facts of a path with the parameter it reached.
-REACHED = 1
-#: Column of the facts of a path with its number of steps.
-STEPS = 2
-#: Column of the facts of a path with the ratio of pivots at its end.
-PIVOTS = 3
-#: Number of facts of a path.
-N_FACTS = 4
 #: First step along a path.
 _FIRST_STEP = 0.02
 #: Error of the predictor over the wanted one beyond which a step is rejected at once.
@@ -68,21 +56,21 @@ def _relative_size(step, z):
 
 @subroutine()
 def _slope(z, time, start, rates, parameters, jacobian, values, slope):
-    """The derivative of a solution by the time; the ratio of pivots."""
+    """Fill the derivative of a solution by the time."""
     _place(time, start, rates, parameters)
     linearise(z, parameters, rates, jacobian, values, slope)
     for i in range(N_UNKNOWNS):
         slope[i] = -slope[i]
-    return eliminate(jacobian, slope)
+    eliminate(jacobian, slope)
 
 
 @subroutine()
 def _correct(z, parameters, rates, jacobian, values, unused, wanted):
-    """Newton's method; whether it converged, the first correction, and the ratio of pivots."""
-    first, before, pivots = 0.0, 0.0, 0.0
+    """Newton's method; whether it converged, and the first correction."""
+    first, before = 0.0, 0.0
     for k in range(_N_CORRECTIONS):
         linearise(z, parameters, rates, jacobian, values, unused)
-        pivots = eliminate(jacobian, values)
+        eliminate(jacobian, values)
         for i in range(N_UNKNOWNS):
             z[i] -= values[i]
         size = _relative_size(values, z)
@@ -93,24 +81,22 @@ def _correct(z, parameters, rates, jacobian, values, unused, wanted):
         elif size > 0.1 * before and size > _ROUNDING:
             break
         if size < _CONVERGED or (k > 0 and 100.0 * size * size < _ROUNDING):
-            return True, first, pivots
+            return True, first
         before = size
-    return False, first, pivots
+    return False, first
 
 
 @subroutine(allocates=True)
-def _track(z, start, rates, wanted, first_step, most_steps, least_step, facts):
-    """Follow one solution from time 0 to 1, in place."""
+def _track(z, start, rates, wanted, first_step, most_steps, least_step):
+    """Follow one solution from time 0 to 1, in place; whether it arrived."""
     jacobian = np.empty((N_UNKNOWNS, N_UNKNOWNS), np.complex128)
     slopes = np.empty((4, N_UNKNOWNS), np.complex128)
     values, trial = np.empty(N_UNKNOWNS, np.complex128), np.empty(N_UNKNOWNS, np.complex128)
     unused, parameters = np.empty(N_UNKNOWNS, np.complex128), np.empty(N_PARAMETERS, np.complex128)
-    time, step, steps, pivots = 0.0, first_step, 0, 1.0
-    has_slope, fate = False, ARRIVED
+    time, step, steps, has_slope = 0.0, first_step, 0, False
     while time < 1.0:
         if steps >= most_steps or step < least_step:
-            fate = TOO_MANY_STEPS if steps >= most_steps else STEP_TOO_SMALL
-            break
+            return False
         steps += 1
         is_last = time + step >= 1.0 - 1e-14
         h = 1.0 - time if is_last else step
@@ -125,40 +111,38 @@ def _track(z, start, rates, wanted, first_step, most_steps, least_step, facts):
         for i in range(N_UNKNOWNS):
             change = slopes[0, i] + 2.0 * slopes[1, i] + 2.0 * slopes[2, i] + slopes[3, i]
             trial[i] = z[i] + change * (h / 6.0)
-        converged, error, ratio = _correct(trial, parameters, rates, jacobian, values, unused, wanted)
+        converged, error = _correct(trial, parameters, rates, jacobian, values, unused, wanted)
         if converged and error <= _TOO_LARGE * wanted:
             z[:] = trial
             time = 1.0 if is_last else time + h
-            pivots, has_slope = ratio, False
+            has_slope = False
             step = h * min(2.0, max(0.3, 0.9 * (wanted / (error + 1e-30)) ** 0.2))
         elif 0.0 < error < _INFINITE:
             step = h * min(0.5, max(0.1, 0.8 * (wanted / error) ** 0.2))
         else:
             step = 0.25 * h
-    if fate == ARRIVED:
-        _place(1.0, start, rates, parameters)
-        for _ in range(_N_CORRECTIONS):
-            linearise(z, parameters, rates, jacobian, values, unused)
-            pivots = eliminate(jacobian, values)
-            if not _relative_size(values, z) < 1e-6:
-                fate = NOT_CONVERGED
-                break
-            for i in range(N_UNKNOWNS):
-                z[i] -= values[i]
-    facts[FATE], facts[REACHED], facts[STEPS], facts[PIVOTS] = fate, time, steps, pivots
+    _place(1.0, start, rates, parameters)
+    for _ in range(_N_CORRECTIONS):
+        linearise(z, parameters, rates, jacobian, values, unused)
+        eliminate(jacobian, values)
+        if not _relative_size(values, z) < 1e-6:
+            return False
+        for i in range(N_UNKNOWNS):
+            z[i] -= values[i]
+    return True
 
 
 @compiled(
-    "void(complex128[:,::1], complex128[::1], complex128[::1], float64, int64, float64, float64[:,::1])",
+    "void(complex128[:,::1], complex128[::1], complex128[::1], float64, int64, float64, bool_[::1])",
     allocates=True,
 )
-def track(solutions, start, rates, wanted, most_steps, least_step, facts):
+def track(solutions, start, rates, wanted, most_steps, least_step, arrived):
     """Follow solutions, in place, from parameters `start` to `start + rates`.
 
-    `wanted` is the relative error of the predictor; `facts` receives fate, parameter reached, steps and pivots of each.
+    `wanted` is the relative error of the predictor; `arrived` receives whether each arrives.
     """
     for i in range(len(solutions)):
-        _track(solutions[i], start, rates, wanted, _FIRST_STEP, most_steps, least_step, facts[i])
+        arrived[i] = _track(solutions[i], start, rates, wanted, _FIRST_STEP, most_steps, least_step)
 
 
 @compiled(
@@ -171,7 +155,7 @@ def circle(solutions, target, rates, wanted, samples, arrived):
     `solutions` are of the problem `target - rates`, (n, 8). `samples`, (n, `N_SIDES` + 1, 8), receives them on the way
     and where they arrive, and `arrived` whether they do.
     """
-    z, facts = np.empty(N_UNKNOWNS, np.complex128), np.empty(N_FACTS)
+    z = np.empty(N_UNKNOWNS, np.complex128)
     corner, side = np.empty(N_PARAMETERS, np.complex128), np.empty(N_PARAMETERS, np.complex128)
     for i in range(len(solutions)):
         z[:] = solutions[i]
@@ -183,8 +167,7 @@ def circle(solutions, target, rates, wanted, samples, arrived):
             for j in range(N_PARAMETERS):
                 corner[j] = target[j] - rates[j] * here
                 side[j] = rates[j] * (here - there)
-            _track(z, corner, side, wanted, _FIRST_STEP_OF_SIDE, _MOST_STEPS_OF_SIDE, _LEAST_STEP_OF_SIDE, facts)
-            arrived[i] = facts[FATE] == ARRIVED
+            arrived[i] = _track(z, corner, side, wanted, _FIRST_STEP_OF_SIDE, _MOST_STEPS_OF_SIDE, _LEAST_STEP_OF_SIDE)
             if not arrived[i]:
                 break
             samples[i, k + 1] = z
