@@ -15,6 +15,7 @@ from explore.mechanisms.four_bar_table import four_bar_table
 from explore.mechanisms.linkages.added_points import with_points
 from explore.mechanisms.linkages.motions import declare_targets_of_link
 from explore.mechanisms.prescribed_strokes import lengths_of_swing
+from explore.mechanisms.rates import rates_of
 from explore.model.drawing import Panel
 from explore.model.mechanism import Mechanism
 from explore.model.points import FloatingLink
@@ -22,30 +23,13 @@ from explore.model.quadrature import Graded
 from explore.model.quantities import Metric, Parameter, Signal
 from explore.model.window import INTERVAL, Window
 
-_VELOCITY_SIGNALS = tuple(
-    Signal(
-        f"{link}_velocity",
-        "rad/s",
-        f"{link} angular velocity",
-        row,
-        four_bar.VELOCITIES,
-        speed_power=1,
-        derivative_of=f"{link}_angle",
-    )
-    for link, row in (("coupler", four_bar.COUPLER_VELOCITY), ("rocker", four_bar.ROCKER_VELOCITY))
-)
-_ACCELERATION_SIGNALS = tuple(
-    Signal(
-        f"{link}_acceleration",
-        "rad/s^2",
-        f"{link} angular acceleration",
-        row,
-        four_bar.ACCELERATIONS,
-        speed_power=2,
-        pole_order=4,
-        derivative_of=f"{link}_velocity",
-    )
-    for link, row in (("coupler", four_bar.COUPLER_ACCELERATION), ("rocker", four_bar.ROCKER_ACCELERATION))
+_RATES = (four_bar.VELOCITIES, four_bar.ACCELERATIONS)
+_COUPLER_ROWS = (four_bar.COUPLER_VELOCITY, four_bar.COUPLER_ACCELERATION)
+_ROCKER_ROWS = (four_bar.ROCKER_VELOCITY, four_bar.ROCKER_ACCELERATION)
+_VELOCITY_SIGNALS, _ACCELERATION_SIGNALS = zip(
+    rates_of("coupler_angle", "rad", "coupler angular {}", _COUPLER_ROWS, _RATES),
+    rates_of("rocker_angle", "rad", "rocker angular {}", _ROCKER_ROWS, _RATES),
+    strict=True,
 )
 _TABLE = four_bar_table("branch")
 _STROKES = ("overlapped_to_extended", "extended_to_overlapped")
@@ -68,13 +52,11 @@ _CLOSED_NAMES = tuple(metric.name for metric in _GEOMETRY_METRICS)
 _STROKELESS_NAMES = tuple(metric.name for metric in _GEOMETRY_METRICS if not metric.needs_stroke)
 _SAMPLED_DEFAULTS = (
     *(
-        f"{signal}_{statistic}"
-        for signal in ("coupler_velocity", "rocker_velocity")
+        f"{signal.name}_{statistic}"
+        for signal in (*_VELOCITY_SIGNALS, *_ACCELERATION_SIGNALS)
         for statistic in ("mean", "variance", "cv")
+        if (signal.name, statistic) != ("rocker_acceleration", "cv")
     ),
-    *(f"coupler_acceleration_{statistic}" for statistic in ("mean", "variance", "cv")),
-    "rocker_acceleration_mean",
-    "rocker_acceleration_variance",
     *(f"velocity_ratio_{statistic}" for statistic in ("mean", "variance", "cv")),
     "cv",
 )

@@ -8,6 +8,7 @@ from explore.mechanisms.four_bar_size import declare_four_bar_size
 from explore.mechanisms.four_bar_table import four_bar_table
 from explore.mechanisms.linkages.added_points import with_points
 from explore.mechanisms.prescribed_strokes import lengths_of_swing
+from explore.mechanisms.rates import rates_of
 from explore.mechanisms.rig import columns, kernel
 from explore.mechanisms.rig.columns import Row
 from explore.mechanisms.rig.formulas import FORMULAS, SIZING_PARAMETERS
@@ -21,10 +22,8 @@ from explore.model.window import Window
 _SIGNALS = (
     Signal("coupler_angle", "deg", "coupler angle", four_bar.COUPLER_ANGLE, four_bar.ANGLES),
     Signal("rocker_angle", "deg", "rocker angle", four_bar.ROCKER_ANGLE, four_bar.ANGLES),
-    Signal("rocker_velocity", "rad/s", "rocker angular velocity", four_bar.ROCKER_VELOCITY, four_bar.VELOCITIES, 1,
-           derivative_of="rocker_angle"),
-    Signal("rocker_acceleration", "rad/s^2", "rocker angular acceleration", four_bar.ROCKER_ACCELERATION,
-           four_bar.ACCELERATIONS, 2, pole_order=4, derivative_of="rocker_velocity"),
+    *rates_of("rocker_angle", "rad", "rocker angular {}", (four_bar.ROCKER_VELOCITY, four_bar.ROCKER_ACCELERATION),
+              (four_bar.VELOCITIES, four_bar.ACCELERATIONS)),
     Signal("transmission_angle", "deg", "transmission angle", four_bar.TRANSMISSION_ANGLE, four_bar.TRANSMISSION,
            extremes_at=("anchor", "opposite")),
     *(

@@ -9,6 +9,7 @@ from explore.mechanisms.linkages.added_points import with_points
 from explore.mechanisms.linkages.motions import declare_targets_of_link
 from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.prescribed_strokes import lengths_of_stroke
+from explore.mechanisms.rates import rates_of
 from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
 from explore.mechanisms.slider_crank.exact import exact_slider_crank
@@ -113,24 +114,12 @@ _EXTENDED = Mechanism(
             relative_to="rod",
             extremes_at=("outer", "inner"),
         ),
-        Signal(
-            "slider_velocity",
-            "mm/s",
-            "velocity of the slider",
-            columns.VELOCITY,
-            columns.SLIDER,
-            speed_power=1,
-            derivative_of="slider_position",
-        ),
-        Signal(
-            "slider_acceleration",
-            "mm/s^2",
-            "acceleration of the slider",
-            columns.ACCELERATION,
-            columns.SLIDER_ACCELERATION,
-            speed_power=2,
-            pole_order=4,
-            derivative_of="slider_velocity",
+        *rates_of(
+            "slider_position",
+            "mm",
+            "{} of the slider",
+            (columns.VELOCITY, columns.ACCELERATION),
+            (columns.SLIDER, columns.SLIDER_ACCELERATION),
         ),
         Signal(
             "rod_angle",
@@ -140,24 +129,12 @@ _EXTENDED = Mechanism(
             columns.ANGLE,
             extremes_at=("anchor", "opposite"),
         ),
-        Signal(
-            "rod_velocity",
-            "rad/s",
-            "angular velocity of the rod",
-            columns.ROD_VELOCITY,
-            columns.ROD_RATES,
-            speed_power=1,
-            derivative_of="rod_angle",
-        ),
-        Signal(
-            "rod_acceleration",
-            "rad/s^2",
-            "angular acceleration of the rod",
-            columns.ROD_ACCELERATION,
-            columns.ROD_RATES,
-            speed_power=2,
-            pole_order=4,
-            derivative_of="rod_velocity",
+        *rates_of(
+            "rod_angle",
+            "rad",
+            "angular {} of the rod",
+            (columns.ROD_VELOCITY, columns.ROD_ACCELERATION),
+            (columns.ROD_RATES, columns.ROD_RATES),
         ),
         *loads.SIGNALS,
     ),
