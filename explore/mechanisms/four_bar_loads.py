@@ -3,10 +3,12 @@
 import math
 from functools import partial
 
+import numpy as np
+
 from explore.mechanisms import four_bar_forces
 from explore.mechanisms.load_metrics import ENERGY_FLUCTUATION, WORK_FORMULAS, largest
 from explore.model.drawing import Panel
-from explore.model.quantities import FloatArray, Formula, Parameter, Signal
+from explore.model.quantities import Formula, Parameter, Signal
 
 _TORQUES = (
     Parameter("constant_torque", "N m", "torque on the rocker, counter-clockwise positive", 0.0, -math.inf,
@@ -80,15 +82,11 @@ LOAD_SIGNALS = (
 )  # fmt: skip
 
 
-def _identity(value: FloatArray) -> FloatArray:
-    return value
-
-
 _PINS = "abcd"
 LOAD_FORMULAS = (
     *(
         Formula(f"pin_force_{word}_{pin}", "N", f"{meaning} force in pin {pin}", "min",
-                (f"pin_force_{pin}_{statistic}",), _identity)
+                (f"pin_force_{pin}_{statistic}",), np.positive)
         for word, meaning, statistic in (("peak", "largest", "max"), ("rms", "root mean square", "rms"))
         for pin in _PINS
     ),
@@ -98,7 +96,7 @@ LOAD_FORMULAS = (
         for word, meaning in (("peak", "largest"), ("rms", "largest root mean square"))
     ),
     Formula("bearing_mean_force", "N", "mean of power 10/3 of the force in pin a, by which bearings are sized", "min",
-            ("pin_force_a_power_mean",), _identity),
+            ("pin_force_a_power_mean",), np.positive),
     *WORK_FORMULAS,
     ENERGY_FLUCTUATION,
 )  # fmt: skip

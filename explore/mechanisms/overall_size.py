@@ -2,14 +2,12 @@
 
 from collections.abc import Callable
 
+import numpy as np
+
 from explore.model.quantities import FloatArray, Formula
 
 #: Function of one array of shape (n,) for each input that returns a side of the box, mm, shape (n,).
 Side = Callable[..., FloatArray]
-
-
-def _area(width: FloatArray, height: FloatArray) -> FloatArray:
-    return width * height
 
 
 def declare_size(
@@ -25,5 +23,5 @@ def declare_size(
         Formula("envelope_width", "mm", f"{extent} along {axis}", "min", inputs, width, optional=optional),
         Formula("envelope_height", "mm", f"{extent} across {axis}", "min", inputs, height, optional=optional),
         Formula("footprint", "mm^2", "area of the box around all positions of all links and points", "min",
-                ("envelope_width", "envelope_height"), _area),
+                ("envelope_width", "envelope_height"), np.multiply),
     )  # fmt: skip

@@ -87,10 +87,6 @@ def _rounding(
     return np.asarray(np.abs(np.array(moved) - value).max(axis=0) + _MARGIN * (value > 0.0))
 
 
-def _gain(share: FloatArray, fixed: FloatArray) -> FloatArray:
-    return share / fixed
-
-
 def _declare(percent: int, kind: str, length: str, crank_per_length: float) -> tuple[Formula, Formula]:
     """The share of a fixed crank, and how many times as large that of the variable crank is."""
     name = f"fixed_crank_speed_share_{percent}_equal_{kind}"
@@ -100,7 +96,7 @@ def _declare(percent: int, kind: str, length: str, crank_per_length: float) -> t
         Formula(name, "1", f"{text}, of a fixed crank of equal {kind}", "max",
                 (length, "rod", "slider_speed", "speed"), share, rounding=partial(_rounding, share)),
         Formula(f"speed_share_{percent}_gain_equal_{kind}", "1", f"{text}, over that of a fixed crank of equal {kind}",
-                "max", (f"speed_share_{percent}", name), _gain),
+                "max", (f"speed_share_{percent}", name), np.divide),
     )  # fmt: skip
 
 
