@@ -119,7 +119,7 @@ def _kernel(
     rows = {name: row + own if row >= status else row for name, row in record}
     places = dict(zip((parameter.name for parameter in named.parameters[-2 * len(points) :]), SLOT_ROWS, strict=False))
     inputs = {name: rows[places.get(name, name.upper())] for name in (each.name for each in named.parameters)}
-    design, program = constants.of_design("design", inputs), constants.of_angle("fill", outputs, quarters)
+    design, program = constants.of_design("design", inputs), constants.of_angle("fill", outputs, quarters=quarters)
     return _Kernel(_close_function(close, design, status, own), _fill_function(fill, program, first), _enumerated(rows))
 
 

@@ -81,13 +81,13 @@ def _specialise(table: LinkageTable, names: frozenset[str] | None, *, needs_stro
     wanted = [each for each in quantities if names is None or each.signal.name in names]
     others = [each for each in quantities if each not in wanted]
     needs_stroke |= any(each.signal.needs_stroke for each in wanted) and table.limits is None
-    rows = _Layout.of(equations, wanted, others)
-    signals = tuple(rows.signals[each.signal.name] for each in quantities)
+    outputs, placed, first_rows = _place_rows(equations, wanted, others)
+    signals = tuple(placed[each.signal.name] for each in quantities)
     declare = partial(_declare, needs_stroke=needs_stroke, tells_reach=tells_reach, specialised=specialised)
-    full = declare(table, equations, quantities, signals, rows.outputs)
+    full = declare(table, equations, quantities, signals, outputs)
     if not others:
         return full
-    return declare(table, equations, wanted, signals, rows.outputs[: rows.first_rows], full)
+    return declare(table, equations, wanted, signals, outputs[:first_rows], full)
 
 
 @dataclass(frozen=True)
@@ -100,28 +100,18 @@ class _Kernels:
         return _specialise(self.table, names, needs_stroke=needs_stroke and self.table.limits is None)
 
 
-@dataclass
-class _Layout:
-    """Rows of the signals: those that are wanted, then the others."""
+def _place_rows(
+    equations: Equations, wanted: Sequence[Quantity], others: Sequence[Quantity]
+) -> tuple[list[Number], dict[str, Signal], int]:
+    """The numbers of all rows, the wanted ones first; the signals with their rows, by name; the number of first rows.
 
-    outputs: list[Number]
-    signals: dict[str, Signal]
-    first_rows: int
-
-    @classmethod
-    def of(cls, equations: Equations, wanted: Sequence[Quantity], others: Sequence[Quantity]) -> _Layout:
-        outputs: list[Number] = []
-        signals: dict[str, Signal] = {}
-        first_rows = 0
-        for group in (wanted, others):
-            first = len(outputs)
-            outputs += [each.number for each in group]
-            for row, each in enumerate(group, first):
-                signals[each.signal.name] = replace(each.signal, row=row)
-            if not outputs:
-                outputs.append(equations.graph.constant(1.0))
-            first_rows = first_rows or len(outputs)
-        return cls(outputs, signals, first_rows)
+    A kernel has a row at least.
+    """
+    outputs = [each.number for each in wanted] or [equations.graph.constant(1.0)]
+    first_rows = len(outputs)
+    rows = [*enumerate(wanted), *enumerate(others, first_rows)]
+    signals = {each.signal.name: replace(each.signal, row=row) for row, each in rows}
+    return outputs + [each.number for each in others], signals, first_rows
 
 
 def _declare(

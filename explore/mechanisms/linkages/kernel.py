@@ -66,22 +66,12 @@ def make_kernel(
     *,
     tells_reach: bool,
 ) -> Kernel:
-    """Make the functions that fill these rows of signals; they are translated when they are needed.
+    """Make the functions that fill rows of signals, the `outputs`; they are translated when they are needed.
 
-    Parameters
-    ----------
-    outputs
-        Rows of the signals.
-    links
-        Links whose angles are among them, in the order of their references.
-    joints
-        Joints in the order of their statuses.
-    rate
-        The rate of the output, its slope and its size, if its reversals are asked for; else none.
-    squares
-        Squares of distances that signals divide by, beside those of the equations.
-    tells_reach
-        Whether the intervals at which a design assembles that does not turn are asked for.
+    `links` are those whose angles are among them, in the order of their references, `joints` in that of their statuses,
+    and `squares` those of distances that signals divide by, beside those of the equations. The `rate` of the output,
+    with slope and size, is given where its reversals are asked for; `tells_reach` where the intervals are at which a
+    design assembles that does not turn.
     """
     rows = Rows(equations.graph, links, groups=len(equations.groups))
     rows.add(outputs)
@@ -110,7 +100,7 @@ def make_kernel(
     )
     fill, whole = rows.of_angle("fill", outputs), rows.from_parameters("disturbed_fill", outputs)
     close = NativeFunction("close", CLOSE_SIGNATURE, closing.text, _addresses, closing.javascript)
-    ray = rows.of_ray("curve", outputs)
+    ray = rows.of_angle("curve", outputs, is_ray=True)
     curve = NativeFunction(
         ray.name, CURVE_SIGNATURE, lambda: vector_code.HEAD + vector_code.curve_function(ray), _addresses
     )  # fmt: skip

@@ -141,15 +141,13 @@ class Rows:
         computed = [k for k in order if k not in reads]
         return _program(name, graph, computed, reads, writes, _inputs_of_angle(), self.first_group)
 
-    def of_angle(self, name: str, outputs: Sequence[Number], quarters: int = 0) -> Program:
-        """The program that fills outputs at an angle from the constants, its anchor so many quarters of a turn on."""
-        levels = self._graph.levels
-        return self._at_angle(name, outputs, lambda k: levels[k] == ANGLE, _inputs_of_angle(quarters=quarters))
+    def of_angle(self, name: str, outputs: Sequence[Number], *, quarters: int = 0, is_ray: bool = False) -> Program:
+        """The program that fills outputs at an angle from the constants, its anchor so many quarters of a turn on.
 
-    def of_ray(self, name: str, outputs: Sequence[Number]) -> Program:
-        """The same where cosine and sine of the angle are given, beside its half-tangent."""
-        levels = self._graph.levels
-        return self._at_angle(name, outputs, lambda k: levels[k] == ANGLE, _inputs_of_angle(is_ray=True))
+        Of a ray cosine and sine of the angle are given, beside its half-tangent.
+        """
+        levels, angle = self._graph.levels, _inputs_of_angle(is_ray=is_ray, quarters=quarters)
+        return self._at_angle(name, outputs, lambda k: levels[k] == ANGLE, angle)
 
     def from_parameters(self, name: str, outputs: Sequence[Number]) -> Program:
         """The same from the parameters among the constants."""
