@@ -1,7 +1,6 @@
 """Signed margins of constraints."""
 
 import numpy as np
-import numpy.typing as npt
 
 from explore.model.quantities import FloatArray
 from explore.model.request import Constraint
@@ -15,8 +14,3 @@ def margin(constraint: Constraint, values: FloatArray) -> FloatArray:
     if constraint.maximum is not None:
         margins.append(constraint.maximum - values)
     return np.minimum.reduce(margins) if len(margins) > 1 else margins[0]
-
-
-def is_satisfied(margins: FloatArray) -> npt.NDArray[np.bool_]:
-    """Whether margins are >= 0, shape (n,); the NaN margin of an undefined metric is not."""
-    return np.asarray(margins >= 0.0)

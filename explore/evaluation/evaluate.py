@@ -293,6 +293,6 @@ def _assemble(
         columns[metric.name] = column
     for constraint in request.constraints:
         margins = constraints.margin(constraint, values[constraint.metric.name])
-        feasible &= constraints.is_satisfied(margins)
+        feasible &= margins >= 0.0
         columns[f"{constraint.metric.name}_margin"] = margins
     return columns | bookkeeping | {"feasible": feasible.astype(np.int8), "status": status}

@@ -113,7 +113,7 @@ def _screen(request: Request, closed: dict[str, FloatArray], status: npt.NDArray
     """Mark the geometries that violate a constraint on a closed-form metric."""
     for constraint in request.constraints:
         if isinstance(constraint.metric, Metric):
-            holds = constraints.is_satisfied(constraints.margin(constraint, closed[constraint.metric.name]))
+            holds = constraints.margin(constraint, closed[constraint.metric.name]) >= 0.0
             status[(status == Status.OK) & ~holds] = Status.SCREENED
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr
 
-from explore.evaluation.constraints import is_satisfied, margin
+from explore.evaluation.constraints import margin
 from explore.evaluation.evaluate import evaluate_columns
 from explore.model.columns import Arrays
 from explore.model.quantities import FloatArray, Metric, Sense
@@ -138,7 +138,7 @@ class TolerancedRequest:
         values = {name: found[name] for name in self.metrics}
         if not is_assembled.all():
             values = {name: np.where(is_assembled, column, np.nan) for name, column in values.items()}
-        is_met = {c.metric.name: is_satisfied(margin(c, values[c.metric.name])) for c in self.constraints}
+        is_met = {c.metric.name: margin(c, values[c.metric.name]) >= 0.0 for c in self.constraints}
         is_feasible = np.logical_and.reduce([is_ok, *is_met.values()])
         is_missed = {name: is_assembled & ~met for name, met in is_met.items()}
         return Outcomes(values, is_assembled, is_feasible, is_missed)
