@@ -44,7 +44,7 @@ def _read(sections: TaskSections, problems: Problems) -> Task | None:
         bounds.note("crank_span_min", "is for open paths without crank angles; remove it")
     boxes = {name: read_box(bounds, name) for name in ("crank_pivot", "rocker_pivot")}
     passage = read_passage(bounds)
-    is_exact = search.flag("exact", default=False)
+    is_exact = search.flag("exact")
     count = search.count("count", 20, _MOST)
     if is_exact and n_points and n_points != _NINE:
         search.note("exact", f"needs nine points, but the path has {n_points}; leave it out")

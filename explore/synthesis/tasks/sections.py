@@ -97,15 +97,12 @@ class SectionReader:
             return default
         return str(entry)
 
-    def flag(self, key: str, *, default: bool) -> bool:
-        """True or false."""
+    def flag(self, key: str) -> bool:
+        """Whether a key is true; it is false where it is missing."""
         entry = self.get(key)
-        if entry is None:
-            return default
-        if not isinstance(entry, bool):
+        if entry is not None and not isinstance(entry, bool):
             self.note(key, f"must be true or false, got {format_value(entry)}")
-            return default
-        return entry
+        return entry is True
 
     def finish(self) -> None:
         """Note the keys that nothing read, and take back that a key is missing which one of them means."""
