@@ -6,7 +6,7 @@ from explore.model.points import MOST_POINTS, PLACE_ROWS, POINT_ROWS, SLOT_ROWS,
 # slider's position there and its excess over the rod, the width of a reversal, rad.
 _CONSTANTS = (
     "LENGTH", "TRAVEL", "REGULAR_OFFSET", "REGULAR_SINE", "REGULAR_COSINE", "REGULAR_POSITION", "REGULAR_EXCESS",
-    "WIDTH", "ORDER", "VELOCITY_SCALE", "CRANK_SPEED",
+    "WIDTH", "ORDER", "CRANK_SPEED",
 )  # fmt: skip
 # Constants that are half-tangents of the marks from the anchor.
 _MARKS = ("OUTER", "STEADY_START", "STEADY_STOP", "INNER", "BACK_START", "BACK_STOP")

@@ -66,7 +66,6 @@ def _fill_constants(record, lane, travel, width):
     record[Row.REGULAR_POSITION * LANES + lane] = position
     record[Row.REGULAR_EXCESS * LANES + lane] = crank * crank / (position + rod)
     record[Row.WIDTH * LANES + lane], record[Row.ORDER * LANES + lane] = width, record[Row.BLEND_ORDER * LANES + lane]
-    record[Row.VELOCITY_SCALE * LANES + lane] = record[Row.SLIDER_SPEED * LANES + lane]
     record[Row.CRANK_SPEED * LANES + lane] = record[Row.SPEED * LANES + lane]
     for k in range(LOAD_SIZE):
         record[(Row.LOAD_MASS + k) * LANES + lane] = record[(Row.MASS + k) * LANES + lane]
