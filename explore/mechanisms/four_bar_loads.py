@@ -6,39 +6,31 @@ from functools import partial
 import numpy as np
 
 from explore.mechanisms import four_bar_forces
-from explore.mechanisms.load_metrics import ENERGY_FLUCTUATION, WORK_FORMULAS, largest
+from explore.mechanisms.load_metrics import ENERGY_FLUCTUATION, WORK_FORMULAS, largest, load_parameter
 from explore.model.drawing import Panel
-from explore.model.quantities import Formula, Parameter, Signal
+from explore.model.quantities import Formula, Signal
 
 _TORQUES = (
-    Parameter("constant_torque", "N m", "torque on the rocker, counter-clockwise positive", 0.0, -math.inf,
-              affects="load", zero_meaning="none"),
-    Parameter("opposing_torque", "N m", "torque against the rocker's motion", 0.0,
-              affects="load", zero_meaning="none", adds_jumps=True),
-    Parameter("stiffness", "N m/rad", "spring between rocker and ground, relaxed at the mid-angle", 0.0,
-              affects="load", zero_meaning="none"),
-    Parameter("damping", "N m s/rad", "viscous damper between rocker and ground", 0.0,
-              affects="load", zero_meaning="none", is_dynamic=True),
-    Parameter("inertia", "kg m^2", "moment of inertia that turns with the rocker", 0.0,
-              affects="load", zero_meaning="none", is_dynamic=True),
-)  # fmt: skip
+    load_parameter("constant_torque", "N m", "torque on the rocker, counter-clockwise positive", lower=-math.inf),
+    load_parameter("opposing_torque", "N m", "torque against the rocker's motion", adds_jumps=True),
+    load_parameter("stiffness", "N m/rad", "spring between rocker and ground, relaxed at the mid-angle"),
+    load_parameter("damping", "N m s/rad", "viscous damper between rocker and ground", is_dynamic=True),
+    load_parameter("inertia", "kg m^2", "moment of inertia that turns with the rocker", is_dynamic=True),
+)
 _LINKS = (
     *(
-        Parameter(f"{link}_mass", "kg", f"mass of the {link}", 0.0,
-                  affects="load", zero_meaning="none", is_dynamic=True)
+        load_parameter(f"{link}_mass", "kg", f"mass of the {link}", is_dynamic=True)
         for link in ("crank", "coupler", "rocker")
     ),
     *(
-        Parameter(f"{link}_centroid", "1", f"centroid of the {link} as a share of its length from {pin}", 0.5,
-                  -math.inf, affects="load", zero_meaning=f"at {pin}")
+        load_parameter(f"{link}_centroid", "1", f"centroid of the {link} as a share of its length from {pin}",
+                       default=0.5, lower=-math.inf, zero_meaning=f"at {pin}")
         for link, pin in (("crank", "pin a"), ("coupler", "pin b"), ("rocker", "pin d"))
     ),
-    Parameter("coupler_inertia", "kg m^2", "moment of inertia of the coupler about its centroid", 0.0,
-              affects="load", zero_meaning="none", is_dynamic=True),
-    Parameter("rocker_inertia", "kg m^2", "moment of inertia of the rocker about pin d", 0.0,
-              affects="load", zero_meaning="none", is_dynamic=True),
-    Parameter("gravity", "m/s^2", "acceleration of free fall, across the line of the ground pivots", 9.80665,
-              affects="load", zero_meaning="none"),
+    load_parameter("coupler_inertia", "kg m^2", "moment of inertia of the coupler about its centroid", is_dynamic=True),
+    load_parameter("rocker_inertia", "kg m^2", "moment of inertia of the rocker about pin d", is_dynamic=True),
+    load_parameter("gravity", "m/s^2", "acceleration of free fall, across the line of the ground pivots",
+                   default=9.80665),
 )  # fmt: skip
 #: Parameters of the load, in the order of `four_bar_forces.Load`, which has the speed after them.
 LOADS = (*_TORQUES, *_LINKS)

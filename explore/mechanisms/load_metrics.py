@@ -1,11 +1,15 @@
-"""Derived metrics that mechanisms under load share: work and energy of the drive in a turn, the largest of forces."""
+"""What mechanisms under load share: declared loads, work and energy of the drive in a turn, the largest of forces."""
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from explore.model.quantities import FloatArray, Formula
+from explore.model.quantities import FloatArray, Formula, Parameter
+
+#: Parameter of the load, none by default.
+load_parameter = partial(Parameter, default=0.0, affects="load", zero_meaning="none")
 
 
 def largest(*values: FloatArray) -> FloatArray:

@@ -3,34 +3,29 @@
 import math
 from functools import partial
 
-from explore.mechanisms.load_metrics import ENERGY_FLUCTUATION, WORK_FORMULAS, largest
+from explore.mechanisms.load_metrics import ENERGY_FLUCTUATION, WORK_FORMULAS, largest, load_parameter
 from explore.mechanisms.slider_crank import columns
 from explore.model.drawing import Panel
-from explore.model.quantities import Formula, Parameter, Signal
+from explore.model.quantities import Formula, Signal
 
 #: Parameters of the load, in the order of `columns.ExtendedRow`, which has the speed after them.
 PARAMETERS = (
-    Parameter("constant_force", "N", "force on the slider, outward positive", 0.0, -math.inf,
-              affects="load", zero_meaning="none"),
-    Parameter("opposing_force", "N", "force against the slider's motion", 0.0,
-              affects="load", zero_meaning="none", adds_jumps=True),
-    Parameter("stiffness", "N/m", "spring between slider and ground, relaxed at mid-stroke", 0.0,
-              affects="load", zero_meaning="none"),
-    Parameter("damping", "N s/m", "viscous damper between slider and ground", 0.0,
-              affects="load", zero_meaning="none", is_dynamic=True),
-    Parameter("mass", "kg", "mass of the slider", 0.0, affects="load", zero_meaning="none", is_dynamic=True),
-    Parameter("friction", "1", "coefficient of friction of the slider's guide", 0.0, upper=1.0,
-              affects="load", zero_meaning="none", adds_corners=True, corners_at=("guide_force",), adds_jumps=True),
-    Parameter("gravity", "m/s^2", "acceleration of free fall, across the slider's line, towards negative offsets",
-              9.80665, affects="load", zero_meaning="none"),
-    Parameter("crank_mass", "kg", "mass of the crank", 0.0, affects="load", zero_meaning="none", is_dynamic=True),
-    Parameter("crank_centroid", "1", "centroid of the crank as a share of its length from its pivot", 0.5, -math.inf,
-              affects="load", zero_meaning="at the pivot"),
-    Parameter("rod_mass", "kg", "mass of the rod", 0.0, affects="load", zero_meaning="none", is_dynamic=True),
-    Parameter("rod_centroid", "1", "centroid of the rod as a share of its length from the crank pin", 0.5, -math.inf,
-              affects="load", zero_meaning="at the crank pin"),
-    Parameter("rod_inertia", "kg m^2", "moment of inertia of the rod about its centroid", 0.0,
-              affects="load", zero_meaning="none", is_dynamic=True),
+    load_parameter("constant_force", "N", "force on the slider, outward positive", lower=-math.inf),
+    load_parameter("opposing_force", "N", "force against the slider's motion", adds_jumps=True),
+    load_parameter("stiffness", "N/m", "spring between slider and ground, relaxed at mid-stroke"),
+    load_parameter("damping", "N s/m", "viscous damper between slider and ground", is_dynamic=True),
+    load_parameter("mass", "kg", "mass of the slider", is_dynamic=True),
+    load_parameter("friction", "1", "coefficient of friction of the slider's guide", upper=1.0, adds_corners=True,
+                   corners_at=("guide_force",), adds_jumps=True),
+    load_parameter("gravity", "m/s^2", "acceleration of free fall, across the slider's line, towards negative offsets",
+                   default=9.80665),
+    load_parameter("crank_mass", "kg", "mass of the crank", is_dynamic=True),
+    load_parameter("crank_centroid", "1", "centroid of the crank as a share of its length from its pivot", default=0.5,
+                   lower=-math.inf, zero_meaning="at the pivot"),
+    load_parameter("rod_mass", "kg", "mass of the rod", is_dynamic=True),
+    load_parameter("rod_centroid", "1", "centroid of the rod as a share of its length from the crank pin", default=0.5,
+                   lower=-math.inf, zero_meaning="at the crank pin"),
+    load_parameter("rod_inertia", "kg m^2", "moment of inertia of the rod about its centroid", is_dynamic=True),
 )  # fmt: skip
 #: Loads of which a design gives at least one where a force is requested.
 _REQUIRED_LOADS = (

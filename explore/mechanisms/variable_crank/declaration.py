@@ -2,7 +2,7 @@
 
 import math
 
-from explore.mechanisms.load_metrics import ENERGY_FLUCTUATION, WORK_FORMULAS, largest
+from explore.mechanisms.load_metrics import ENERGY_FLUCTUATION, WORK_FORMULAS, largest, load_parameter
 from explore.mechanisms.overall_size import declare_size
 from explore.mechanisms.variable_crank import columns, fixed_crank, kernel, motion
 from explore.mechanisms.variable_crank.columns import Row
@@ -18,22 +18,18 @@ _STROKES = ("outer_to_inner", "inner_to_outer")
 
 #: Loads beside the slider's mass and friction: forces on the slider, and the masses of the other parts.
 _LOADS = (
-    Parameter("constant_force", "N", "force on the slider, outward positive", 0.0, -math.inf, affects="load",
-              zero_meaning="none"),
-    Parameter("opposing_force", "N", "force against the slider's motion", 0.0, affects="load", zero_meaning="none"),
-    Parameter("stiffness", "N/m", "spring between slider and ground, relaxed at mid-stroke", 0.0, affects="load",
-              zero_meaning="none"),
-    Parameter("damping", "N s/m", "viscous damper between slider and ground", 0.0, affects="load",
-              zero_meaning="none"),
-    Parameter("rod_mass", "kg", "mass of the rod", 0.0, affects="load", zero_meaning="none"),
-    Parameter("rod_centroid", "1", "centroid of the rod as a share of its length from the crank's pin", 0.5, -math.inf,
-              affects="load", zero_meaning="at the crank's pin"),
-    Parameter("rod_inertia", "kg m^2", "moment of inertia of the rod about its centroid", 0.0, affects="load",
-              zero_meaning="none"),
-    Parameter("pin_mass", "kg", "mass of the crank's pin with its roller", 0.0, affects="load", zero_meaning="none"),
-    Parameter("disc_mass", "kg", "mass of the disc", 0.0, affects="load", zero_meaning="none"),
-    Parameter("disc_centroid", "mm", "centroid of the disc, from its pivot along the slot", 0.0, -math.inf,
-              affects="load", zero_meaning="at the pivot"),
+    load_parameter("constant_force", "N", "force on the slider, outward positive", lower=-math.inf),
+    load_parameter("opposing_force", "N", "force against the slider's motion"),
+    load_parameter("stiffness", "N/m", "spring between slider and ground, relaxed at mid-stroke"),
+    load_parameter("damping", "N s/m", "viscous damper between slider and ground"),
+    load_parameter("rod_mass", "kg", "mass of the rod"),
+    load_parameter("rod_centroid", "1", "centroid of the rod as a share of its length from the crank's pin",
+                   default=0.5, lower=-math.inf, zero_meaning="at the crank's pin"),
+    load_parameter("rod_inertia", "kg m^2", "moment of inertia of the rod about its centroid"),
+    load_parameter("pin_mass", "kg", "mass of the crank's pin with its roller"),
+    load_parameter("disc_mass", "kg", "mass of the disc"),
+    load_parameter("disc_centroid", "mm", "centroid of the disc, from its pivot along the slot", lower=-math.inf,
+                   zero_meaning="at the pivot"),
 )  # fmt: skip
 #: Loads of which a design gives at least one where a force is requested.
 _REQUIRED_LOADS = (
@@ -153,11 +149,10 @@ VARIABLE_CRANK = Mechanism(
         Parameter("reversal_time", "s", "duration of each reversal, about a dead centre"),
         Parameter("blend_order", "1", "order of the reversal's smoothstep: so many derivatives of the velocity are "
                   "continuous", 2.0, choices=(1.0, 2.0, 3.0)),
-        Parameter("mass", "kg", "mass of the slider", 1.0, affects="load", zero_meaning="none"),
-        Parameter("friction", "1", "coefficient of friction of the slider's guide", 0.0, upper=1.0, affects="load",
-                  zero_meaning="none", adds_corners=True, corners_at=("guide_force",)),
-        Parameter("gravity", "m/s^2", "acceleration of free fall, towards the guide", 9.80665, affects="load",
-                  zero_meaning="none"),
+        load_parameter("mass", "kg", "mass of the slider", default=1.0),
+        load_parameter("friction", "1", "coefficient of friction of the slider's guide", upper=1.0, adds_corners=True,
+                       corners_at=("guide_force",)),
+        load_parameter("gravity", "m/s^2", "acceleration of free fall, towards the guide", default=9.80665),
         *_LOADS,
         Parameter("roller_radius", "mm", "radius of the roller in the groove", 0.0, affects="sizing",
                   zero_meaning="none"),
