@@ -27,7 +27,7 @@ LONGEST = (
     "clusters/test_kills", "test_contract", "clusters/test_interrupts", "test_linkages", "clusters/test_silence",
     "test_synthesis_motion", "test_serving_jobs", "test_compiling", "clusters/", "test_docs", "test_serving_http",
     "faults/", "test_synthesis_nine", "browser/", "test_cli_comparisons", "test_serving_",
-    "test_synthesis_", "test_browsing_http", "test_variable_crank", "test_pose_targets", "test_fuzz_",
+    "test_synthesis_", "test_browsing_http", "test_variable_crank", "test_target_kinds", "test_fuzz_",
     "test_linkage_code", "test_methods", "test_slider_crank", "test_campaign_", "test_comparison_",
 )  # fmt: skip
 

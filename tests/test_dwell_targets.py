@@ -1,20 +1,16 @@
 """Dwells as targets: how far the output moves while the crank turns by an angle, or how long it rests."""
 
-import json
-import pickle
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import run
 from linkage_cases import FOUR_BAR
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
+from target_studies import study_of
 
 import explore
-from explore.base.errors import ConfigError, RequestError
-from explore.model.targets import DwellTarget, target_from_content
 from explore.studies.request.names import find_mechanism
 
 TABLES = Path(explore.__file__).parent / "data" / "linkages"
@@ -257,44 +253,10 @@ def test_travels_near_a_change_point_are_those_of_dense_samples():
         assert np.ptp(places) == pytest.approx(value, rel=1e-6)
 
 
-def study(**changes):
-    arguments = {
-        "mechanism": "crank-rocker",
-        "target": angle_of(60),
-        "parameters": {"crank": {"min": 20, "max": 60}, "coupler": {"min": 60, "max": 150},
-                       "rocker": {"min": 60, "max": 120}, "ground": 100},
-        "sampling": {"method": "sobol", "count": 512, "seed": 1},
-        "constraints": {"transmission_angle_min": {"min": 30}, "swing_angle": {"min": 30}},
-    }  # fmt: skip
-    return explore.Study(**arguments | changes)
-
-
-def test_a_dwell_travels(tmp_path):
-    """To workers, into results, into a refinement, a tolerance, a report, and out again as a study."""
-    own = study()
-    assert pickle.loads(pickle.dumps(own)).request.mechanism.target == own.request.mechanism.target
-    assert [f"{o.metric}:{o.sense}" for o in own.objectives] == [
-        "dwell_error:min", "swing_angle:max", "transmission_angle_min:max",
-    ]  # fmt: skip
-    assert study(target=travel_of("1 deg")).objectives[0].metric == "dwell_angle"
-    results = explore.sweep(own, tmp_path / "d.h5", workers=1)
-    assert results.target == own.request.mechanism.target == DwellTarget(60.0)
-    assert results.units["dwell_error"] == "deg"
-    best = explore.rank(results, order_by="dwell_error").iloc[0]
-    refined = explore.refine(results, tmp_path / "g.h5", evaluations=1024)
-    assert explore.rank(refined)["dwell_error"].min() < best["dwell_error"]
-    explore.export(results, tmp_path / "best.toml", design=int(best.name))
-    once = explore.sweep(explore.load_study(tmp_path / "best.toml"), tmp_path / "once.h5", workers=1)
-    assert once.design(0)["dwell_error"] == best["dwell_error"]
-    tolerances = ("--tolerance", "crank=0.1")
-    run("tolerance", "d.h5", "--design", str(best.name), *tolerances, "--draws", "256", cwd=tmp_path)
-    run("report", "d.h5", "-o", "d.html", cwd=tmp_path)
-    assert "dwell_error" in (tmp_path / "d.html").read_text(encoding="utf-8")
-
-
 @pytest.mark.parametrize("target", [angle_of(300), travel_of("20 deg")])
 def test_the_figure_of_a_motion_shades_the_dwell(tmp_path, target):
-    results = explore.sweep(study(target=target), tmp_path / "d.h5", workers=1)
+    results = explore.sweep(study_of("dwell", target=target), tmp_path / "d.h5", workers=1)
+    assert results.objectives[0] == ("dwell_angle:max" if "travel" in target else "dwell_error:min")
     row = results.design(int(explore.rank(results).index[0]))
     start, angle = row["dwell_start"], target.get("angle") or row["dwell_angle"]
     figure = explore.charts.motion_chart(results, design=int(explore.rank(results).index[0]))
@@ -306,52 +268,6 @@ def test_the_figure_of_a_motion_shades_the_dwell(tmp_path, target):
     assert figure.axes[0].get_legend_handles_labels()[1][-1] == f"dwell, {angle:.4g}°"
 
 
-@pytest.mark.parametrize(
-    ("target", "reason"),
-    [
-        ({"kind": "dwell"}, "target: write an angle or a travel"),
-        ({"kind": "dwell", "angle": 60, "travel": 1}, "'angle' and 'travel' are given; leave out one of the two"),
-        ({"kind": "dwell", "angle": 0}, "target.angle: must be between 0 and 360 deg, got 0"),
-        ({"kind": "dwell", "angle": 360}, "target.angle: must be between 0 and 360 deg, got 360"),
-        ({"kind": "dwell", "angle": float("nan")}, "target.angle: .*finite"),
-        ({"kind": "dwell", "angle": "60 mm"}, "target.angle: 'mm' cannot be converted"),
-        ({"kind": "dwell", "angle": [60]}, r"target.angle: \[60\] is not a number or a string with a unit"),
-        ({"kind": "dwell", "travel": -1}, "target.travel: must be above 0, got -1"),
-        ({"kind": "dwell", "travel": "1 mm"}, "target.travel: 'mm' cannot be converted"),
-        ({"kind": "dwell", "angel": 60}, "did you mean 'angle'"),
-    ],
-)
-def test_a_bad_dwell_is_one_clear_line(target, reason):
-    with pytest.raises(RequestError, match=reason) as caught:
-        find_mechanism("crank-rocker", (), target)
-    assert len(str(caught.value).splitlines()) == 1
-
-
 def test_units_are_read():
     assert find_mechanism("crank-rocker", (), angle_of("1 rad")).target.angle == pytest.approx(np.degrees(1))
     assert find_mechanism("slider-crank", (), travel_of("1 in")).target.travel == pytest.approx(25.4)
-
-
-@pytest.mark.parametrize(
-    "content", [{}, {"angle": 0}, {"angle": 360}, {"angle": 1, "travel": 1}, {"travel": "x"}, {"travel": [1]}]
-)
-def test_a_damaged_record_of_a_dwell_is_refused(content):
-    with pytest.raises(ValueError, match="dwell|target|convert"):
-        target_from_content({"kind": "dwell", **content})
-
-
-def test_mistakes_have_their_line(tmp_path):
-    file = tmp_path / "bad.toml"
-    file.write_text(
-        'mechanism = "slider-crank"\n[parameters]\ncrank = 1\nrod = 3\n[target]\nkind = "dwell"\nangle = -1\n'
-    )
-    with pytest.raises(ConfigError, match=r"bad.toml:7: target.angle: must be between 0 and 360 deg, got -1"):
-        explore.load_study(file)
-
-
-def test_mechanisms_say_that_their_output_can_dwell(tmp_path):
-    printed = run("mechanisms", "crank-rocker", cwd=tmp_path).stdout
-    assert 'the output can have a target, [target] kind = "dwell" in a study' in printed
-    described = json.loads(run("mechanisms", "crank-rocker", "--json", cwd=tmp_path).stdout)
-    senses = {name: metric["sense"] for name, metric in described["targets"]["dwell"].items()}
-    assert senses == {"dwell_error": "min", "dwell_start": None, "dwell_angle": "max"}

@@ -1,13 +1,11 @@
-"""Poses as targets: errors of place and angle at the best crank angles, and what is said of bad ones."""
+"""Poses as targets: errors of place and angle at the best crank angles."""
 
-import json
-import pickle
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import run
 from synthesis_cases import least_ordered
+from target_studies import POSES
 
 import explore
 from explore.base.errors import RequestError
@@ -21,7 +19,6 @@ from explore.synthesis.functions import wrapped
 METRICS = ["position_error_max", "angle_error_max", "pose_error_rms", "pose_crank_span"]
 LENGTHS = {"crank": 30, "coupler": 100, "rocker": 80, "ground": 110}
 DOUBLE_CRANK = {"crank": 110, "coupler": 100, "rocker": 90, "ground": 30}
-POSES = [[0, 0, 0], [10, 0, 5], [12, 8, 15], [5, 12, 25], [-3, 8, 20], [-2, 2, 8]]
 NAMES = ("crank", "coupler", "rocker", "ground", "branch", "M_along", "M_across", "crank_pivot_x", "crank_pivot_y",
          "ground_angle", "body_angle")  # fmt: skip
 
@@ -150,69 +147,6 @@ def test_errors_scale_with_the_linkage_and_move_with_it():
 def test_designs_whose_crank_does_not_turn_have_no_error():
     design = {"crank": 50, "coupler": 100, "rocker": 100, "ground": 260, "M_along": 1, "M_across": 2}
     assert np.isnan(errors(design, POSES)).all()
-
-
-def study(**changes):
-    arguments = {
-        "mechanism": "crank-rocker",
-        "points": {"M": {"along": {"min": 5, "max": 30}, "across": {"min": -20, "max": 20}}},
-        "target": {"kind": "poses", "poses": POSES},
-        "parameters": {
-            "crank": {"min": 4, "max": 10}, "coupler": 30, "rocker": 30, "ground": 32, "branch": [1, -1],
-            "crank_pivot_x": {"min": -30, "max": 30}, "crank_pivot_y": {"min": -30, "max": 30},
-            "ground_angle": {"min": 0, "max": 360}, "body_angle": {"min": 0, "max": 360},
-        },
-        "sampling": {"method": "sobol", "count": 1024, "seed": 1},
-        "constraints": {"transmission_angle_min": {"min": 20}},
-    }  # fmt: skip
-    return explore.Study(**arguments | changes)
-
-
-def test_poses_travel(tmp_path):
-    """To workers, into results, into a refinement, a tolerance, figures, a report, and out again as a study."""
-    own = study()
-    assert pickle.loads(pickle.dumps(own)).request.mechanism.target == own.request.mechanism.target
-    assert [o.metric for o in own.objectives] == ["position_error_max", "angle_error_max", "transmission_angle_min"]
-    results = explore.sweep(own, tmp_path / "p.h5", workers=1)
-    assert results.target == own.request.mechanism.target
-    best = explore.rank(results, objectives=["pose_error_rms"]).iloc[0]
-    refined = explore.refine(results, tmp_path / "q.h5", evaluations=4096)
-    assert explore.rank(refined, objectives=["pose_error_rms"])["pose_error_rms"].iloc[0] < best["pose_error_rms"]
-    explore.export(results, tmp_path / "best.toml", design=int(best.name))
-    once = explore.sweep(explore.load_study(tmp_path / "best.toml"), tmp_path / "once.h5", workers=1)
-    assert once.design(0)["pose_error_rms"] == best["pose_error_rms"]
-    design = ("--design", str(best.name))
-    tolerances = ("--tolerance", "crank=0.1", "--tolerance", "body_angle=0.5", "--draws", "256")
-    run("tolerance", "p.h5", *design, *tolerances, cwd=tmp_path)
-    run("report", "p.h5", "-o", "p.html", cwd=tmp_path)
-    for chart in ("mechanism", "motion", "path", "cognates", "pareto"):
-        run("plot", chart, "p.h5", *(design if chart != "pareto" else ()), "-o", f"{chart}.png", cwd=tmp_path)
-    run("export", "p.h5", *design, "-o", "p.dxf", "-o", "p.csv", cwd=tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("target", "reason"),
-    [
-        ({"kind": "poses"}, "the key 'poses' is missing"),
-        ({"kind": "poses", "poses": 3}, "must be a list of poses"),
-        ({"kind": "poses", "poses": POSES[:1]}, "1 pose; give 2 or more"),
-        ({"kind": "poses", "poses": [[0, 0, 0]] * 10**6}, "1,000,000 poses; at most 500 are possible"),
-        ({"kind": "poses", "poses": [*POSES, [1, 2]]}, r"poses.6: pose 7 must be \[x, y, angle\], got \[1, 2\]"),
-        ({"kind": "poses", "poses": [*POSES, [1, 2, float("inf")]]}, "poses.6: pose 7: .*finite"),
-        ({"kind": "poses", "poses": [*POSES, [1, 2, "3 mm"]]}, "poses.6: pose 7: 'mm' cannot be converted to 'deg'"),
-        ({"kind": "poses", "poses": [[1, 2, 3], [1, 2, 9]]}, "all poses have the same place; give the length"),
-        ({"kind": "poses", "poses": POSES, "lever": -1}, "target.lever: must be above 0, got -1"),
-        ({"kind": "poses", "poses": POSES, "lever": "long"}, "target.lever: "),
-        ({"kind": "poses", "poses": POSES, "order": "some"}, "target.order: must be \"given\" or \"any\", got 'some'"),
-        ({"kind": "poses", "poses": POSES, "points": []}, "target.points: unknown key"),
-        ({"kind": "poses", "poses": POSES, "point": "N"}, "unknown point 'N'"),
-        ({"kind": "pose", "poses": POSES}, "did you mean 'poses'"),
-    ],
-)  # fmt: skip
-def test_bad_poses_are_one_clear_line(target, reason):
-    with pytest.raises(RequestError, match=reason) as caught:
-        find_mechanism("crank-rocker", ("M",), target)
-    assert len(str(caught.value).splitlines()) == 1
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,7 @@
-"""Targets of a study: what they add to a mechanism, how they travel, and what is said of bad ones."""
+"""Paths as targets: errors of linkages at the best crank angles, and studies with them."""
 
 import itertools
 import json
-import pickle
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,7 @@ from command_line import run
 from numba import njit, types
 from scipy.spatial import cKDTree
 from synthesis_cases import least_ordered
+from target_studies import SQUARE, study_of
 
 import explore
 from explore.base.errors import ConfigError, RequestError
@@ -23,7 +23,6 @@ from explore.model.targets import target_from_content
 from explore.studies.request.names import find_mechanism
 
 PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text())
-SQUARE = [[0, 0], [10, 0], [10, 10], [0, 10]]
 
 
 def published(name):
@@ -52,45 +51,8 @@ def test_published_linkages_have_their_sums_of_squares(name, printed):
     assert table.attrs["senses"]["path_error_rms"] == "min"
 
 
-def study(**changes):
-    arguments = {
-        "mechanism": "crank-rocker",
-        "points": {"M": {"along": {"min": 5, "max": 30}, "across": {"min": -20, "max": 20}}},
-        "target": {"kind": "path", "points": SQUARE, "closed": True},
-        "parameters": {
-            "crank": {"min": 2, "max": 8}, "coupler": 30, "rocker": 30, "ground": 32, "branch": [1, -1],
-            "crank_pivot_x": {"min": -30, "max": 30}, "crank_pivot_y": {"min": -30, "max": 30},
-            "ground_angle": {"min": 0, "max": 360},
-        },
-        "sampling": {"method": "sobol", "count": 256, "seed": 1},
-        "constraints": {"transmission_angle_min": {"min": 20}},
-    }  # fmt: skip
-    return explore.Study(**arguments | changes)
-
-
-def test_a_target_travels(tmp_path):
-    """To workers, into results, and out of them again as a study."""
-    own = study()
-    assert pickle.loads(pickle.dumps(own)).request.mechanism.target == own.request.mechanism.target
-    assert [f"{o.metric}:{o.sense}" for o in own.objectives] == ["path_error_rms:min", "transmission_angle_min:max"]
-    results = explore.sweep(own, tmp_path / "square.h5", workers=1)
-    assert results.target == own.request.mechanism.target
-    best = int(explore.rank(results).index[0])
-    row = results.design(best)
-    assert row["path_error_rms"] < 10.0
-    alone = {name: row[name] for name in own.space.swept_parameters} | {"coupler": 30, "rocker": 30, "ground": 32}
-    again = explore.evaluate("crank-rocker", alone, points="M", target=results.target, metrics=["path_error_rms"])
-    assert again["path_error_rms"][0] == row["path_error_rms"]
-    path = tmp_path / "best.toml"
-    explore.export(results, path, design=best)
-    exported = explore.load_study(path)
-    assert exported.request.mechanism.target == own.request.mechanism.target
-    once = explore.sweep(exported, tmp_path / "once.h5", workers=1)
-    assert once.design(0)["path_error_rms"] == row["path_error_rms"]
-
-
 def test_a_motion_is_exported_in_the_plane_of_the_target(tmp_path):
-    results = explore.sweep(study(), tmp_path / "square.h5", workers=1)
+    results = explore.sweep(study_of("path"), tmp_path / "square.h5", workers=1)
     best = int(explore.rank(results).index[0])
     row = results.design(best)
     explore.export(results, tmp_path / "best.csv", design=best)
@@ -104,8 +66,8 @@ def test_a_motion_is_exported_in_the_plane_of_the_target(tmp_path):
 
 def test_the_target_is_part_of_the_identity():
     other = {"kind": "path", "points": [*SQUARE[:3], [0, 11]], "closed": True}
-    assert study() == study(target={"kind": "path", "point": "M", "points": SQUARE, "closed": True})
-    assert study() != study(target=other)
+    assert study_of("path") == study_of("path", target={"kind": "path", "point": "M", "points": SQUARE, "closed": True})
+    assert study_of("path") != study_of("path", target=other)
     assert "target" not in json.loads(explore.Study(mechanism="crank-rocker", parameters=LENGTHS).identity)
 
 
@@ -213,11 +175,11 @@ def test_a_path_from_a_file(tmp_path):
     for text in ("x,y\n0,0\n10,0\n10,10\n0,10\n", "0;0\n1 cm;0\n10;10\n\n0;10\n"):
         (tmp_path / "square.csv").write_text(text)
         target = {"kind": "path", "file": str(tmp_path / "square.csv"), "closed": True}
-        assert study(target=target) == study()
-    (tmp_path / "study.toml").write_text(study().to_toml().replace(
+        assert study_of("path", target=target) == study_of("path")
+    (tmp_path / "study.toml").write_text(study_of("path").to_toml().replace(
         "points = [[0, 0], [10, 0], [10, 10], [0, 10]]", 'file = "square.csv"'))  # fmt: skip
     own = explore.load_study(tmp_path / "study.toml")
-    assert own == study()
+    assert own == study_of("path")
     results = explore.sweep(own, tmp_path / "square.h5", workers=1)
     (tmp_path / "square.csv").unlink()
     refined = explore.refine(results, tmp_path / "refined.h5", evaluations=300, workers=1)
@@ -282,7 +244,7 @@ def test_hausdorff_and_chamfer(closed):
 def test_a_server_reads_no_file_of_points():
     from explore.service.job_files import read_job_file
 
-    text = study().to_toml().replace("points = [[0, 0], [10, 0], [10, 10], [0, 10]]", 'file = "/etc/hostname"')
+    text = study_of("path").to_toml().replace("points = [[0, 0], [10, 0], [10, 10], [0, 10]]", 'file = "/etc/hostname"')
     with pytest.raises(ConfigError, match="target.file: a server reads no file of points"):
         read_job_file("square", text.encode())
 
@@ -387,32 +349,11 @@ def test_bad_targets_are_all_named(tmp_path):
     assert any("target.close: unknown key; did you mean 'closed'?" in line for line in lines)
 
 
-@pytest.mark.parametrize(
-    ("target", "reason"),
-    [
-        ({"kind": "path", "points": SQUARE[:2]}, "2 points; give 3 or more"),
-        ({"kind": "path", "points": [[1, 2]] * 5}, "all points are the same place"),
-        ({"kind": "path", "points": [[k, k * k] for k in range(1000)]}, "at most 500 are possible"),
-        ({"kind": "path", "points": SQUARE, "weights": [np.inf, 1, 1, 1]}, "weights.0: inf is not a finite number"),
-        ({"kind": "path", "points": SQUARE, "angles_from": "frame"},
-         "target.angles_from: has no effect without crank_angles; remove it"),
-        ({"kind": "path"}, "the key 'points' is missing"),
-        ({"points": SQUARE}, 'write kind = "path"'),
-        ({"kind": "paths", "points": SQUARE}, "did you mean 'path'"),
-        (7, "must be a table"),
-    ],
-)  # fmt: skip
-def test_a_bad_target_is_one_clear_line(target, reason):
-    with pytest.raises(RequestError, match=reason) as caught:
-        find_mechanism("crank-rocker", ("M",), target)
-    assert len(str(caught.value).splitlines()) == 1
-
-
 def test_a_target_of_arrays_is_one_of_lists():
     lists = {"kind": "path", "points": SQUARE, "crank_angles": [0, 90, 180, 270]}
     arrays = {key: np.array(value) if isinstance(value, list) else value for key, value in lists.items()}
     assert find_mechanism("crank-rocker", ("M",), arrays) == find_mechanism("crank-rocker", ("M",), lists)
-    assert study(target=arrays) == study(target=lists)
+    assert study_of("path", target=arrays) == study_of("path", target=lists)
 
 
 def test_mechanisms_and_points_that_meet_no_target():
@@ -426,10 +367,10 @@ def test_mechanisms_and_points_that_meet_no_target():
 
 def test_commands_on_a_study_with_a_target(tmp_path):
     """Simulate takes the pose of a study's design; tune finds a length for an error; the motion is in the frame."""
-    (tmp_path / "square.toml").write_text(study().to_toml())
+    (tmp_path / "square.toml").write_text(study_of("path").to_toml())
     run("simulate", "square.toml", "--design", "3", "--set", "crank_pivot_x=2", "-o", "motion.csv", cwd=tmp_path)
     assert (tmp_path / "motion.csv").exists()
-    results = explore.sweep(study(), tmp_path / "square.h5", workers=1)
+    results = explore.sweep(study_of("path"), tmp_path / "square.h5", workers=1)
     best = int(explore.rank(results).index[0])
     twice = 2.0 * results.design(best)["path_error_rms"]
     printed = run(
@@ -444,20 +385,6 @@ def test_commands_on_a_study_with_a_target(tmp_path):
         cwd=tmp_path,
     ).stdout
     assert "crank_pivot_x" in printed
-
-
-def test_mechanisms_say_which_targets_they_meet(tmp_path):
-    printed = run("mechanisms", "slider-crank", cwd=tmp_path).stdout
-    assert '[target] kind = "path"' in printed
-    described = json.loads(run("mechanisms", "slider-crank", "--json", cwd=tmp_path).stdout)
-    assert described["targets"]["path"]["path_error_rms"]["sense"] == "min"
-    assert json.loads(run("mechanisms", "gears", "--json", cwd=tmp_path).stdout)["targets"] == {}
-
-
-@pytest.mark.parametrize("content", [{"kind": "paths"}, {"kind": ["path"]}, [1], {"kind": "path", "point": "M"}])
-def test_a_damaged_record_of_a_target_is_refused(content):
-    with pytest.raises(ValueError, match="target"):
-        target_from_content(content)
 
 
 def test_a_record_without_a_kind_is_a_path():
