@@ -171,33 +171,14 @@ def assert_planned_or_refused(folder, text):
         assert not place or 1 <= int(place[1]) <= text.count("\n") + 1
 
 
-# Examples of the same seed on every run; the generators make texts of several kB.
-SHORT = settings(derandomize=True, deadline=None, max_examples=25,
-                 suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])  # fmt: skip
-LONG = settings(SHORT, max_examples=2_500)
+@pytest.mark.parametrize("examples", [25, pytest.param(2_500, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("texts", [mutated_texts, mutated_trees])
+def test_words_or_values_out_of_place(folder, texts, examples):
+    # Examples of the same seed on every run; the generators make texts of several kB.
+    @settings(derandomize=True, deadline=None, max_examples=examples,
+              suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])  # fmt: skip
+    @given(text=texts())
+    def check(text):
+        assert_planned_or_refused(folder, text)
 
-
-@SHORT
-@given(text=mutated_texts())
-def test_words_out_of_place(folder, text):
-    assert_planned_or_refused(folder, text)
-
-
-@SHORT
-@given(text=mutated_trees())
-def test_values_out_of_place(folder, text):
-    assert_planned_or_refused(folder, text)
-
-
-@pytest.mark.slow
-@LONG
-@given(text=mutated_texts())
-def test_words_out_of_place_long(folder, text):
-    assert_planned_or_refused(folder, text)
-
-
-@pytest.mark.slow
-@LONG
-@given(text=mutated_trees())
-def test_values_out_of_place_long(folder, text):
-    assert_planned_or_refused(folder, text)
+    check()

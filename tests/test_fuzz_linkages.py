@@ -48,21 +48,15 @@ def mutated_tables(draw):
     return change(draw, tomllib.loads(draw(st.sampled_from(TABLES))), KEYS, TREES, most=4)
 
 
-# Examples of the same seed on every run.
-SHORT = settings(derandomize=True, max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
+@pytest.mark.parametrize("examples", [200, pytest.param(5000, marks=pytest.mark.slow)])
+def test_mutated_tables_are_read_or_refused(tmp_path, examples):
+    # Examples of the same seed on every run.
+    @settings(derandomize=True, max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(mutated_tables())
+    def check(table):
+        assert_read_or_refused(tmp_path / "table.toml", table)
 
-
-@given(mutated_tables())
-@SHORT
-def test_mutated_tables_are_read_or_refused(tmp_path_factory, table):
-    assert_read_or_refused(tmp_path_factory.getbasetemp() / "table.toml", table)
-
-
-@pytest.mark.slow
-@given(mutated_tables())
-@settings(SHORT, max_examples=5000)
-def test_many_mutated_tables_are_read_or_refused(tmp_path_factory, table):
-    assert_read_or_refused(tmp_path_factory.getbasetemp() / "table.toml", table)
+    check()
 
 
 def assert_read_or_refused(file, table):

@@ -141,22 +141,20 @@ def assert_answered(reply):
         assert "error: " in reply["err"], reply
 
 
-SHORT = settings(derandomize=True, deadline=None, max_examples=20,
-                 suppress_health_check=[HealthCheck.too_slow])  # fmt: skip
-LONG = settings(SHORT, max_examples=1_500)
+def check_all(worker, sound, all_changes, change, examples):
+    """What some examples of changes do; in a short run the figures of one kind are drawn for each."""
+
+    @settings(derandomize=True, deadline=None, max_examples=examples, suppress_health_check=[HealthCheck.too_slow])
+    @given(changes=all_changes, kind=st.integers(0, len(KINDS) - 1))
+    def check(changes, kind):
+        assert_survived(worker, sound, change(sound, changes), KINDS if examples > 100 else KINDS[kind : kind + 1])
+
+    check()
 
 
-@SHORT
-@given(changes=damages())
-def test_damaged_results(worker, sound, changes):
-    assert_survived(worker, sound, damaged(sound, changes), drawn=())
-
-
-@pytest.mark.slow
-@LONG
-@given(changes=damages())
-def test_damaged_results_long(worker, sound, changes):
-    assert_survived(worker, sound, damaged(sound, changes))
+@pytest.mark.parametrize("examples", [20, pytest.param(1_500, marks=pytest.mark.slow)])
+def test_damaged_results(worker, sound, examples):
+    check_all(worker, sound, damages(), damaged, examples)
 
 
 # --- attributes of another type --------------------------------------------------------------------------------------
@@ -231,17 +229,9 @@ def with_other_inside(owner, names, name, where, value):
     return name, texts[name][:start] + value + texts[name][end:]
 
 
-@settings(SHORT, max_examples=15)
-@given(changes=altered_attributes(), drawn=st.integers(0, 99))
-def test_altered_attributes(worker, sound, changes, drawn):
-    assert_survived(worker, sound, alter(sound, changes), drawn=KINDS[drawn : drawn + 1])
-
-
-@pytest.mark.slow
-@LONG
-@given(changes=altered_attributes())
-def test_altered_attributes_long(worker, sound, changes):
-    assert_survived(worker, sound, alter(sound, changes))
+@pytest.mark.parametrize("examples", [15, pytest.param(1_500, marks=pytest.mark.slow)])
+def test_altered_attributes(worker, sound, examples):
+    check_all(worker, sound, altered_attributes(), alter, examples)
 
 
 JSON = ("objectives", "senses", "speed_powers", "status_sentences", "label_sentences")

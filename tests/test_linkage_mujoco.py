@@ -130,9 +130,7 @@ class Model:
         return self.data.efc_pos[rows], self.data.efc_J.reshape(-1, self.model.nv)[rows]
 
 
-@pytest.mark.parametrize(
-    "name", ["watt-2", "stephenson-1", "stephenson-3", "jansen", "klann", "crank-shaper", "whitworth"]
-)
+@pytest.mark.parametrize("name", NAMES)
 def test_motions_agree_with_mujoco(name):
     """Its constraints hold at our places, and its Jacobian gives our rates; the driver turns at 1 rad/s."""
     pytest.importorskip("mujoco")

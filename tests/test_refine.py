@@ -14,12 +14,10 @@ from command_line import call, run
 from distributed import Client, LocalCluster
 from stopping import Stop, digest, stop
 from studies import box, sweep_text
-from typer.testing import CliRunner
 
 import explore
 from explore.analysis.refining import runs as refinements
 from explore.analysis.refining.plan import plan_refinement
-from explore.cli.application import app
 from explore.results.ranking.pareto import is_nondominated
 from explore.results.store import rows
 
@@ -355,7 +353,3 @@ def test_command(source, refined, tmp_path, monkeypatch):
     code, _, said = call("refine", "results/study.h5", "--metric", "cv")
     assert code == 2
     assert "name two or more --metric" in said
-
-
-def test_help_has_an_example():
-    assert "explore refine results/optimum.h5" in CliRunner().invoke(app, ["refine", "--help"]).output

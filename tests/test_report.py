@@ -156,12 +156,6 @@ def test_the_head_of_a_saved_study_says_which_linkage_and_which_target_it_is_of(
     assert (saved.mechanism, saved.target) == (results.mechanism, results.target)
 
 
-def test_help_has_an_example():
-    code, out, _ = call("report", "--help")
-    assert code == 0
-    assert "explore report results/grid.h5" in out
-
-
 @pytest.mark.parametrize(
     ("values", "kind"),
     [
