@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -16,9 +16,6 @@ from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refu
 from explore.cli.progress import block_bar
 from explore.cli.table_files import load_chart
 from explore.cli.units import UnitsOption, open_all_shown
-
-if TYPE_CHECKING:
-    pass
 
 #: Kinds of figures, each with the options that apply to it.
 KINDS = {
