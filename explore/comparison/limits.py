@@ -31,10 +31,7 @@ class Limit(NamedTuple):
 def find_limit(loop: Loop, design: FloatArray, name: str = "") -> Limit:
     """The limit of a parameter from a design with a motion, or of the one that is relatively nearest to its limit.
 
-    Raises
-    ------
-    RequestError
-        If the design has no motion, or keeps it while any parameter goes to 0 or doubles.
+    Raises `RequestError` if the design has no motion, or keeps it while any parameter goes to 0 or doubles.
     """
     if not _moves(loop, design[None])[0]:
         raise RequestError("the design has no motion to begin with; give one that turns")

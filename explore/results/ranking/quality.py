@@ -1,7 +1,8 @@
 """Measures that distinguish the designs of a front: knee, crowding distance and share of the hypervolume.
 
 Designs that are equal in all objectives are one point and have equal measures. Each objective is scaled so that its
-best value on the front is 0 and its worst 1; no measure depends on units.
+best value on the front is 0 and its worst 1; no measure depends on units. Functions take the points of one front,
+scaled, (n, m), all different and in lexicographic order, and return n values.
 """
 
 from __future__ import annotations
@@ -60,25 +61,11 @@ def is_knee(points: FloatArray) -> npt.NDArray[np.bool_]:
 
     The plane weighs all scaled objectives alike and passes through the centre of the extremes, the points that are
     best in one objective. In two objectives it is the line through the ends of the front and the knee is that of
-    Das [1]_; in any number of objectives the knee has the smallest sum of scaled objectives [2]_. A front with no point
-    beyond the plane has no knee.
-
-    Parameters
-    ----------
-    points
-        The points of one front, scaled, shape (n, m), all different.
-
-    Returns
-    -------
-    (n,) array
-        True for one point, or for several at equal distance.
-
-    References
-    ----------
-    .. [1] I. Das, On characterizing the "knee" of the Pareto curve based on normal-boundary intersection, Structural
-       Optimization 18 (1999) 107-115.
-    .. [2] W.-Y. Chiu, G. G. Yen, T.-K. Juan, Minimum Manhattan distance approach to multiple criteria decision making
-       in multiobjective optimization problems, IEEE Trans. Evol. Comput. 20 (2016) 972-985.
+    I. Das, On characterizing the "knee" of the Pareto curve based on normal-boundary intersection, Structural
+    Optimization 18 (1999) 107-115; in any number of objectives the knee has the smallest sum of scaled objectives:
+    W.-Y. Chiu, G. G. Yen, T.-K. Juan, Minimum Manhattan distance approach to multiple criteria decision making in
+    multiobjective optimization problems, IEEE Trans. Evol. Comput. 20 (2016) 972-985. Several points may be at equal
+    distance; a front with no point beyond the plane has no knee.
     """
     # The distance from the plane is the difference of the sums divided by the length of (1, …, 1).
     sums = points.sum(axis=1)
@@ -89,19 +76,7 @@ def is_knee(points: FloatArray) -> npt.NDArray[np.bool_]:
 def crowding_distances(points: FloatArray) -> FloatArray:
     """Crowding distance of NSGA-II: the sum over the objectives of the gap between a point's two neighbours.
 
-    Infinite at the ends of each objective. Points that are equal in one objective are sorted by the others.
-
-    Parameters
-    ----------
-    points
-        The points of one front, scaled, shape (n, m), all different and in lexicographic order.
-
-    Returns
-    -------
-    (n,) array
-
-    References
-    ----------
+    Infinite at the ends of each objective. Points that are equal in one objective are sorted by the others. From
     K. Deb et al., A fast and elitist multiobjective genetic algorithm: NSGA-II, IEEE Trans. Evol. Comput. 6 (2002)
     182-197, section III-B.
     """
@@ -117,17 +92,8 @@ def hypervolume_shares(points: FloatArray) -> FloatArray:
     """Share of the front's hypervolume that only this point covers, computed exactly.
 
     The hypervolume lies between the front and the reference point, which is a tenth of each objective's range beyond
-    its worst value. The shares do not sum to 1, because part of the hypervolume is covered by several points.
-
-    Parameters
-    ----------
-    points
-        The points of one front, scaled, shape (n, m), all different.
-
-    Returns
-    -------
-    (n,) array
-        NaN for more than `MAX_POINTS` points in four or more objectives, where the computation is slow.
+    its worst value. The shares do not sum to 1, because part of the hypervolume is covered by several points. They are
+    NaN for more than `MAX_POINTS` points in four or more objectives, where the computation is slow.
     """
     import moocore
 

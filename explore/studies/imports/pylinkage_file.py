@@ -15,13 +15,7 @@ _OLD_TYPES = ("Static", "Crank", "Revolute", "Fixed", "Linear", "Prismatic")
 
 
 def read_pylinkage(text: str) -> Drawn:
-    """The linkage of a JSON text.
-
-    Raises
-    ------
-    RequestError
-        In one line, if it is none of a mechanism.
-    """
+    """The linkage of a JSON text; a `RequestError` has one line, if it is none of a mechanism."""
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:

@@ -22,15 +22,8 @@ _HEAD = """# {source}
 def imported_study(source: str) -> tuple[str, list[str]]:
     """The text of a study of a linkage of another program, and sentences on what is read in another way.
 
-    Parameters
-    ----------
-    source
-        A file, or the text itself: an address of PMKS+ or an expression of Pyslvs.
-
-    Raises
-    ------
-    RequestError
-        In one line, if it is none of them or no table can describe it.
+    The source is a file, or the text itself: an address of PMKS+ or an expression of Pyslvs. A `RequestError` has one
+    line, if it is none of them or no table can describe it.
     """
     is_text = source.lstrip().startswith(("M[", "http://", "https://", "?"))
     text = source if is_text else read_text(source, "it is too large for a linkage").strip()

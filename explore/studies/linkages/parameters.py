@@ -55,14 +55,7 @@ def read_parameters(
 ) -> tuple[TableParameter, ...]:
     """The parameters of all coordinates, in the order of their first use.
 
-    Parameters
-    ----------
-    declared
-        The section [linkage.parameters].
-    curves
-        Names of curves, which stand in expressions as parameters do.
-    taken
-        What points and slots are, by name; a parameter has another name.
+    Curves stand in expressions as parameters do; `taken` says what points and slots are, whose names no parameter has.
     """
     units: dict[str, set[str]] = {}
     found: dict[str, KeyPath] = {}

@@ -44,18 +44,10 @@ _LONGEST_REASON = 1000
 def read_table(
     section: object, entries: Mapping[str, Any], problems: Problems, folder: Path | None = None
 ) -> LinkageTable | None:
-    """The table that a section describes, valid only without problems; None where it describes no linkage.
+    """The table that [linkage] describes, valid only without problems; None where it describes no linkage.
 
-    Parameters
-    ----------
-    section
-        The content of [linkage].
-    entries
-        The section [parameters], whose values a sketch is of.
-    problems
-        Each problem is appended with its key in a study.
-    folder
-        Where the files of curves are; None where no file is read.
+    The entries are those of [parameters], whose values a sketch is of; the files of curves are in the folder, and none
+    is read without one.
     """
     found: Problems = []
     table = _read(section, entries, found, folder)
