@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from distributed import Client
 
     from explore.studies.config.linkage import Linkage
-    from explore.studies.config.study import Study
 
 
 def list_mechanisms() -> dict[str, str]:

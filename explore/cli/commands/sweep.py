@@ -27,8 +27,6 @@ from explore.cli.workers import (
 )
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from explore.running.runs import Summary
     from explore.studies.config.study import Study
 
