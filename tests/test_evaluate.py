@@ -94,17 +94,6 @@ def test_bad_designs_do_not_disturb_their_neighbours():
     pd.testing.assert_frame_equal(frame.drop(touched), alone.drop(touched), check_exact=True)
 
 
-def test_splitting_into_blocks_changes_no_bit():
-    designs = random_designs(3000)
-    whole = explore.evaluate("crank-rocker", designs)
-    parts = [
-        explore.evaluate("crank-rocker", {k: v[a:b] for k, v in designs.items()})
-        for a, b in ((0, 1), (1, 1000), (1000, 1717), (1717, 3000))
-    ]
-
-    pd.testing.assert_frame_equal(pd.concat(parts, ignore_index=True), whole, check_exact=True)
-
-
 @pytest.mark.parametrize("order", ["speed fastest", "speed slowest"])
 def test_speeds_share_one_kinematic_evaluation(order):
     designs = random_designs(200)
