@@ -154,6 +154,18 @@ def evaluate_graph(numbers, parameters, angle, functions=MPMATH, followed=None):
     return [done[number.index] for number in numbers]
 
 
+def wanted_statistics(linkage, reference):
+    """Metrics of the reference that the linkage has: the value of each, and the size of its signal, 1 at least."""
+    declared = {signal.name: signal.statistics for signal in linkage.mechanism.signals}
+    wanted = {}
+    for signal in filter(declared.get, reference):
+        statistics = {name: float(value) for name, value in reference[signal].items() if not isinstance(value, list)}
+        size = max(1.0, *map(abs, statistics.values()))
+        wanted |= {f"{signal}_{name}": (statistics[name], size) for name in declared[signal] if name in statistics}
+    assert len(wanted) >= 12
+    return wanted
+
+
 def columns(mechanism, designs):
     return np.array(
         [np.broadcast_to(designs[p.name], len(next(iter(designs.values())))) for p in mechanism.kernel_parameters]

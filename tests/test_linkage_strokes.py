@@ -19,6 +19,7 @@ from linkage_cases import (
     scattered,
     trace,
     values_of,
+    wanted_statistics,
 )
 
 import explore
@@ -231,20 +232,12 @@ def test_a_blocked_linkage_moves_over_an_interval(name):
     """Statistics over the interval of the reference to 1e-12 of the size of the signal."""
     case = CASES[name]
     linkage, (start, stop) = linkage_of(case), case["interval_deg"]
-    declared = {signal.name: signal for signal in linkage.mechanism.signals}
-    wanted = {
-        f"{signal}_{statistic}": (float(value), signal)
-        for signal, statistics in case["interval"].items()
-        for statistic, value in statistics.items()
-        if signal in declared and statistic in declared[signal].statistics
-    }
-    assert len(wanted) >= 12
+    wanted = wanted_statistics(linkage, case["interval"])
     window = {"from": start, "to": stop}
     row = explore.evaluate(linkage, values_of(case), metrics=list(wanted), window=window, tolerance=1e-12)
     assert label(row) == "ok"
-    for metric, (expected, signal) in wanted.items():
-        size = max(abs(float(value)) for value in case["interval"][signal].values() if not isinstance(value, list))
-        assert row[metric].iloc[0] == pytest.approx(expected, abs=1e-12 * max(size, 1.0)), metric
+    for metric, (expected, size) in wanted.items():
+        assert row[metric].iloc[0] == pytest.approx(expected, abs=1e-12 * size), metric
     beyond = explore.evaluate(linkage, values_of(case), metrics=list(wanted)[:1], window={"from": 0, "to": 180})
     assert label(beyond).startswith(("crank_blocked_at_", "change_point_at_"))
 

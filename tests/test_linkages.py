@@ -22,6 +22,7 @@ from linkage_cases import (
     trace,
     turns,
     values_of,
+    wanted_statistics,
 )
 
 import explore
@@ -74,18 +75,10 @@ def test_statistics_equal_the_reference(name):
     """Statistics over the turn to 1e-12 of the size of the signal."""
     case = CASES[name]
     linkage = linkage_of(case)
-    declared = {signal.name: signal for signal in linkage.mechanism.signals}
-    wanted = {
-        f"{signal}_{statistic}": (float(value), signal)
-        for signal, statistics in case["turn"].items()
-        for statistic, value in statistics.items()
-        if signal in declared and statistic in declared[signal].statistics
-    }
-    assert len(wanted) >= 12
+    wanted = wanted_statistics(linkage, case["turn"])
     row = explore.evaluate(linkage, values_of(case), metrics=list(wanted), window="cycle", tolerance=1e-12).iloc[0]
-    for metric, (expected, signal) in wanted.items():
-        size = max(abs(float(value)) for value in case["turn"][signal].values() if not isinstance(value, list))
-        assert row[metric] == pytest.approx(expected, abs=1e-12 * max(size, 1.0)), metric
+    for metric, (expected, size) in wanted.items():
+        assert row[metric] == pytest.approx(expected, abs=1e-12 * size), metric
 
 
 def test_signals_of_a_simulation_equal_the_reference():
