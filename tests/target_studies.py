@@ -28,11 +28,11 @@ PARAMETERS = {
 }  # fmt: skip
 
 
-def study_of(kind, count=1024, **changes):
+def study_of(kind, **changes):
     """The study of a target, with changes of its arguments."""
     arguments = {
         "mechanism": "crank-rocker", "target": {"kind": kind} | TARGETS[kind], "parameters": PARAMETERS[kind],
-        "sampling": {"method": "sobol", "count": count, "seed": 1},
+        "sampling": {"method": "sobol", "count": 1024, "seed": 1},
         "constraints": {"transmission_angle_min": {"min": 20}},
     }  # fmt: skip
     if kind in ("path", "poses"):
