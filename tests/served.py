@@ -109,6 +109,12 @@ def wait_settled(client: httpx.Client, name: str) -> dict:
     return wait_until(settled)
 
 
+def submit_and_wait(client: httpx.Client, name: str, study: str) -> None:
+    """Submit a study, and wait until it is swept."""
+    client.post("/api/studies", json={"name": name, "study": study}).raise_for_status()
+    assert wait_settled(client, name)["state"] == "done"
+
+
 def events_of(client, path="/api/events", last=None):
     """Id, kind and content of each event, until the server ends the stream."""
     end = time.monotonic() + 240

@@ -4,7 +4,7 @@ import os
 
 import numpy as np
 import pytest
-from served import Served, build_index, serving, wait_settled
+from served import Served, build_index, serving, submit_and_wait
 from studies import FEW
 
 from explore.service.results_views import open_shown
@@ -161,8 +161,7 @@ def test_what_is_wrong_is_said(indexed, route, query, reason):
 
 
 def test_an_index_goes_with_its_job(client, served):
-    client.post("/api/studies", json={"name": "gone", "study": FEW}).raise_for_status()
-    assert wait_settled(client, "gone")["state"] == "done"
+    submit_and_wait(client, "gone", FEW)
     answer = client.get("/api/results/gone/histograms", params={"columns": "crank"})
     assert answer.status_code == 409
     assert answer.json()["detail"] == "the index of gone is not ready; ask for index?build=true"

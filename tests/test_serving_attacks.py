@@ -9,7 +9,7 @@ import time
 from datetime import UTC, datetime, timedelta
 
 import pytest
-from served import Served, build_index, serving, wait_settled
+from served import Served, build_index, serving, submit_and_wait, wait_settled
 from studies import FEW, GOOD
 from test_serving_jobs import reopened
 from waiting import wait_until
@@ -86,8 +86,7 @@ def fill_disk(disk):
 
 def test_a_full_disk_is_said_and_ends_nothing(disk):
     with Served(disk / "served") as server, server.client() as client:
-        client.post("/api/studies", json={"name": "before", "study": FEW}).raise_for_status()
-        assert wait_settled(client, "before")["state"] == "done"
+        submit_and_wait(client, "before", FEW)
         fill_disk(disk)
         refused = client.post("/api/studies", json={"name": "after", "study": FEW})
         assert refused.status_code in (400, 507), refused.text
@@ -100,8 +99,7 @@ def test_a_full_disk_is_said_and_ends_nothing(disk):
         assert index.status_code in (200, 409), index.text
         assert client.get("/healthz").status_code == 200
         (disk / "filler").unlink()
-        client.post("/api/studies", json={"name": "after", "study": FEW}).raise_for_status()
-        assert wait_settled(client, "after")["state"] == "done"
+        submit_and_wait(client, "after", FEW)
         assert build_index(client, "before")["state"] == "ready"
         assert server.stop() == 0
 

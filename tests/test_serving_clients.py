@@ -7,7 +7,7 @@ import tomllib
 import pytest
 from command_line import on_terminal, run
 from refinable import BASE, TASK
-from served import events_of, serving, wait_settled
+from served import events_of, serving, submit_and_wait, wait_settled
 from studies import FEW, GOOD
 from waiting import wait_until
 
@@ -320,8 +320,7 @@ def test_events_of_a_job_are_its_own_until_it_is_deleted(client, served):
     with served.client() as other:
         first = next(stream)
         assert (first[1], first[2]["name"]) == ("job", "watched")
-        other.post("/api/studies", json={"name": "besides", "study": FEW}).raise_for_status()
-        assert wait_settled(other, "besides")["state"] == "done"
+        submit_and_wait(other, "besides", FEW)
         assert other.delete("/api/jobs/besides").status_code in (204, 409)
         assert wait_settled(other, "watched")["state"] == "done"
         deadline = time.monotonic() + 240

@@ -27,7 +27,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
 from fastapi import HTTPException
 from prometheus_client.parser import text_string_to_metric_families
-from served import Served, events_of, serving, wait_settled
+from served import Served, events_of, serving, submit_and_wait, wait_settled
 from studies import FEW, GOOD
 from uvicorn.server import ServerState
 from waiting import PATIENCE, wait_until
@@ -273,8 +273,7 @@ def test_the_log_of_the_service_belongs_to_no_job(client):
 
 
 def test_files_that_a_person_removed_are_told_in_words(client, served):
-    client.post("/api/studies", json={"name": "removed", "study": GOOD}).raise_for_status()
-    assert wait_settled(client, "removed")["state"] == "done"
+    submit_and_wait(client, "removed", GOOD)
     (served.folder / "results/removed.h5").unlink()
     (served.folder / "studies/done/removed.toml").unlink()
     for path, reason in (
@@ -332,8 +331,7 @@ def test_names_never_leave_the_folder(client, served):
 
 
 def test_errors_of_results_do_not_tell_where_the_folder_is(client, served):
-    client.post("/api/studies", json={"name": "damaged", "study": GOOD}).raise_for_status()
-    assert wait_settled(client, "damaged")["state"] == "done"
+    submit_and_wait(client, "damaged", GOOD)
     (served.folder / "results/damaged.h5").write_bytes(b"no results")
     answer = client.get("/api/results/damaged")
     assert (answer.status_code, answer.json()["detail"][:36]) == (409, "results/damaged.h5 is not an HDF5 fi")
@@ -531,8 +529,7 @@ def test_many_watchers_see_the_same(served):
         for thread in threads:
             thread.start()
         ready.wait(240)
-        client.post("/api/studies", json={"name": "watched", "study": GOOD}).raise_for_status()
-        assert wait_settled(client, "watched")["state"] == "done"
+        submit_and_wait(client, "watched", GOOD)
         wait_until(lambda: client.delete("/api/jobs/watched").status_code == 204)
         for thread in threads:
             thread.join(30)

@@ -12,7 +12,7 @@ from pathlib import Path
 import anyio
 import pytest
 import uvicorn
-from served import Served, wait_settled
+from served import Served, submit_and_wait
 from studies import FEW, GOOD
 from uvicorn.server import ServerState
 from waiting import PATIENCE
@@ -245,8 +245,7 @@ def test_clients_without_a_token_keep_out_nobody_who_has_one(attack, count, tmp_
                     with server.client() as another:
                         assert another.get("/api/jobs").status_code == 200
                     slowest = max(slowest, time.monotonic() - start)
-            client.post("/api/studies", json={"name": "good", "study": GOOD}).raise_for_status()
-            assert wait_settled(client, "good")["state"] == "done"
+            submit_and_wait(client, "good", GOOD)
         assert slowest < 15  # 0.1 s on a free machine; the service leaves such clients after 20 s and more
         assert server.stop() == 0
 
@@ -280,8 +279,7 @@ def test_a_stop_does_not_wait_for_watchers_that_read_nothing(tmp_path):
         for watcher in watchers:
             watcher.sendall(head.encode())
         with server.client() as client:
-            client.post("/api/studies", json={"name": "good", "study": GOOD}).raise_for_status()
-            assert wait_settled(client, "good")["state"] == "done"
+            submit_and_wait(client, "good", GOOD)
             assert "explore_watchers 20.0" in client.get("/metrics").text.splitlines()
         assert server.stop() == 0
         for watcher in watchers:
