@@ -124,3 +124,9 @@ def sweep_text(folder, text, name="study", **options):
     """The results of the study of a text, written beside it."""
     (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     return explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5", **options)
+
+
+def synthesize_text(folder, text, name="task", **options):
+    """The results of the task of a text, written beside it."""
+    (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    return explore.synthesize(folder / f"{name}.toml", folder / f"{name}.h5", **options)

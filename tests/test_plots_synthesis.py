@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
-from studies import sweep_text
+from studies import sweep_text, synthesize_text
 
 import explore
 from explore.base.errors import RequestError
@@ -147,10 +147,9 @@ def test_a_coupler_point_on_a_pin_has_no_cognates():
 
 
 def test_kinds_of_candidates_have_their_marks(tmp_path):
-    (tmp_path / "task.toml").write_text(
-        'task = "dead-positions"\n[target]\nswing_angle = 40\ntime_ratio = 1.25\n[search]\ncount = 12\n'
+    results = synthesize_text(
+        tmp_path, 'task = "dead-positions"\n[target]\nswing_angle = 40\ntime_ratio = 1.25\n[search]\ncount = 12\n'
     )
-    results = explore.synthesize(tmp_path / "task.toml", tmp_path / "task.h5")
     table = results.to_pandas()
     feasible = table[table["feasible"].astype(bool)]
     (chart,) = pareto_chart(results).axes
@@ -202,8 +201,7 @@ def test_burmester_curves_close_where_their_two_roots_meet():
 
 def test_burmester_curves_of_a_task_show_its_poses_and_the_links_of_a_design(tmp_path):
     given = [[12.06, 13.06, 37.7], [10.46, 16.81, 29.3], [5.80, 18.66, 23.6], [-0.54, 16.74, 21.8]]
-    (tmp_path / "motion.toml").write_text(f'task = "motion"\n[target]\nposes = {given}\n[search]\ncount = 2\n')
-    results = explore.synthesize(tmp_path / "motion.toml", tmp_path / "motion.h5")
+    results = synthesize_text(tmp_path, f'task = "motion"\n[target]\nposes = {given}\n[search]\ncount = 2\n')
     (panel,) = burmester_chart(results, design=1).axes
     fixed, moving = (drawn(line) for line in panel.get_lines()[:2])
     sides = [drawn(line) for line in panel.get_lines()[2:6]]

@@ -173,13 +173,6 @@ def test_a_lever_makes_poses_at_one_place_a_target():
         find_mechanism("crank-rocker", (), {"kind": "poses", "poses": POSES})
 
 
-def test_mechanisms_say_that_their_link_can_meet_poses(tmp_path):
-    printed = run("mechanisms", "slider-crank", cwd=tmp_path).stdout
-    assert 'the link with a point can have a target, [target] kind = "poses" in a study' in printed
-    described = json.loads(run("mechanisms", "crank-rocker", "--json", cwd=tmp_path).stdout)
-    assert described["targets"]["poses"]["position_error_max"]["sense"] == "min"
-
-
 def test_the_error_of_poses_that_are_met_bounds_their_rounding():
     """It is relative to the size of the coordinates, not to what is left of them."""
     designs = {name: values[:1] for name, values in random_designs(1, 6).items()}

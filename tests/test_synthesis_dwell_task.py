@@ -4,6 +4,7 @@ import ezdxf
 import numpy as np
 import pytest
 from command_line import run
+from studies import synthesize_text
 
 import explore
 from explore import charts
@@ -16,8 +17,7 @@ from explore.synthesis.tasks.task_files import parse_task, task_starter
 def results(tmp_path_factory):
     """The results of the starter, one candidate."""
     folder = tmp_path_factory.mktemp("dwell")
-    (folder / "task.toml").write_text(task_starter("dwell").replace("count = 5", "count = 1"), encoding="utf-8")
-    return explore.synthesize(folder / "task.toml", folder / "task.h5")
+    return synthesize_text(folder, task_starter("dwell").replace("count = 5", "count = 1"))
 
 
 def test_the_slider_rests(results):
@@ -96,13 +96,11 @@ def test_dwells_that_are_refused(entries, message):
 
 
 def test_what_comes_nearest_names_what_it_misses(tmp_path):
-    path = tmp_path / "task.toml"
-    path.write_text(
+    text = (
         'task = "dwell"\ntarget = { dwell_angle = 180, stroke = 80 }\nsearch = { count = 1 }\n'
-        "bounds = { pressure_angle_max = 20, transmission_angle_min = 60, link_ratio_max = 6 }\n",
-        encoding="utf-8",
+        "bounds = { pressure_angle_max = 20, transmission_angle_min = 60, link_ratio_max = 6 }\n"
     )
-    row = explore.synthesize(path, tmp_path / "task.h5").to_pandas().iloc[0]
+    row = synthesize_text(tmp_path, text).to_pandas().iloc[0]
     assert not row["feasible"]
     assert row["slider_stroke_margin"] < 0 or row["slider_pressure_angle_max_margin"] < 0
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from studies import synthesize_text
 
-import explore
 from explore.base.errors import ConfigError
 from explore.synthesis.functions import output_angles, wrapped
 from explore.synthesis.laws import formula_law
@@ -69,9 +69,7 @@ def test_functions_of_linkages_are_met(count, seed):
 
 
 def test_candidates_of_the_starter(tmp_path):
-    path = tmp_path / "task.toml"
-    path.write_text(task_starter("function"), encoding="utf-8")
-    frame = explore.synthesize(path, tmp_path / "task.h5").to_pandas()
+    frame = synthesize_text(tmp_path, task_starter("function")).to_pandas()
     given = frame[frame["method"] == 1].iloc[0]
     assert given["output_error_max"] == pytest.approx(2.36432493514, rel=1e-10)
     assert not given["feasible"]  # its crank does not turn

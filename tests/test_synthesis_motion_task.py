@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from command_line import run
+from studies import synthesize_text
 from test_synthesis_poses import random_motion, reference
 
 import explore
@@ -204,9 +205,7 @@ def test_bounds_hold_for_nine_poses(tmp_path, bounds):
 
 
 def test_candidates_of_the_starter(tmp_path):
-    path = tmp_path / "task.toml"
-    path.write_text(task_starter("motion"), encoding="utf-8")
-    frame = explore.synthesize(path, tmp_path / "task.h5").to_pandas()
+    frame = synthesize_text(tmp_path, task_starter("motion")).to_pandas()
     assert len(frame) == 20
     assert frame["feasible"].all()
     assert (frame["position_error_max"] < 1e-9).all()
@@ -281,9 +280,7 @@ BOXES = "crank_pivot = { x = 0, y = 0 }\nrocker_pivot = { x = [10, 60], y = [-10
 
 
 def synthesized(folder, target, bounds):
-    path = folder / "task.toml"
-    path.write_text(f'task = "motion"\n[target]\n{target}\n[bounds]\n{bounds}\n', encoding="utf-8")
-    return explore.synthesize(path, folder / "task.h5", restart=True)
+    return synthesize_text(folder, f'task = "motion"\n[target]\n{target}\n[bounds]\n{bounds}\n', restart=True)
 
 
 def test_candidates_come_in_the_order_of_their_transmission_angles():
@@ -379,8 +376,7 @@ def test_the_objectives_choose_what_is_kept_of_many_candidates(tmp_path, metrics
     candidates = task.find()
     assert candidates.count > 10_000
     rows = _evaluated(task, candidates).arrays
-    (tmp_path / "task.toml").write_text(text, encoding="utf-8")
-    kept = explore.synthesize(tmp_path / "task.toml", tmp_path / "task.h5").to_pandas()
+    kept = synthesize_text(tmp_path, text).to_pandas()
     assert len(kept) == 12
     assert kept["feasible"].all()
     assert kept["solution"].tolist() == list(range(1, 13))

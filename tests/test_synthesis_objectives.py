@@ -7,6 +7,7 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 from command_line import run
+from studies import synthesize_text
 
 import explore
 from explore.base.errors import ConfigError, RequestError
@@ -164,15 +165,9 @@ def test_certificates_of_a_front_need_objectives_of_the_study(dwell):
 
 
 def test_a_task_file_names_errors_as_objectives(tmp_path):
-    (tmp_path / "log.toml").write_text(
-        FUNCTION + '[rank]\nmetrics = ["link_ratio:min", "output_error_rms"]\n[search]\ncount = 2\n', encoding="utf-8"
-    )
-    results = explore.synthesize(tmp_path / "log.toml", tmp_path / "log.h5")
-    assert results.objectives == ("link_ratio:min", "output_error_rms:min")
-    (tmp_path / "log.toml").write_text(
-        FUNCTION + '[rank]\nmetrics = ["output_error_rms"]\n[search]\ncount = 2\n', encoding="utf-8"
-    )
-    alone = explore.synthesize(tmp_path / "log.toml", tmp_path / "alone.h5")
+    ranked = FUNCTION + '[search]\ncount = 2\n[rank]\nmetrics = ["link_ratio:min", "output_error_rms"]\n'
+    assert synthesize_text(tmp_path, ranked).objectives == ("link_ratio:min", "output_error_rms:min")
+    alone = synthesize_text(tmp_path, ranked.replace('"link_ratio:min", ', ""), "alone")
     assert alone.objectives == ("output_error_rms:min",)
     assert len(explore.rank(alone)) == 1
 
@@ -211,8 +206,7 @@ def test_a_misspelled_error_of_the_task_is_known():
 
 def test_constraints_on_errors_of_the_task(tmp_path):
     text = FUNCTION + "[search]\ncount = 5\n[constraints]\noutput_error_rms = { max = 0.3 }\n"
-    (tmp_path / "log.toml").write_text(text, encoding="utf-8")
-    results = explore.synthesize(tmp_path / "log.toml", tmp_path / "log.h5")
+    results = synthesize_text(tmp_path, text)
     frame = results.to_pandas()
     assert results.constraints["output_error_rms"] == {"min": None, "max": 0.3}
     assert results.constraints["output_error_max"] == {"min": None, "max": 2.0}
@@ -240,20 +234,10 @@ def test_wrong_constraints_on_errors_of_the_task(text, problem):
 
 
 def test_what_the_solver_measures_is_listed_bounded_and_ranked_as_any_metric(tmp_path):
-    (tmp_path / "dwell.toml").write_text(
-        DWELL
-        + """[search]
-count = 2
-[evaluate]
-metrics = ["dwell_error"]
-[constraints]
-dwell_error = { max = "0.5 um" }
-[rank]
-metrics = ["footprint:min", "dwell_error"]
-""",
-        encoding="utf-8",
+    more = (
+        '[search]\ncount = 2\n[evaluate]\nmetrics = ["dwell_error"]\n[constraints]\ndwell_error = { max = "0.5 um" }\n'
     )
-    results = explore.synthesize(tmp_path / "dwell.toml", tmp_path / "dwell.h5")
+    results = synthesize_text(tmp_path, f'{DWELL}{more}[rank]\nmetrics = ["footprint:min", "dwell_error"]\n')
     frame = results.to_pandas()
     assert [column.name for column in results.columns].count("dwell_error") == 1
     assert results.constraints["dwell_error"] == {"min": None, "max": pytest.approx(5e-4)}

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import run
+from studies import synthesize_text
 
 import explore
 from explore.base.errors import ConfigError
@@ -69,8 +70,7 @@ def test_a_linkage_is_found_with_its_cognates_which_draw_the_same_path(tmp_path)
     text = task_text(POINTS, "closed = true")
     candidates = find(text)
     assert is_found(LINKAGE, candidates, 1e-6)
-    (tmp_path / "task.toml").write_text(text, encoding="utf-8")
-    results = explore.synthesize(tmp_path / "task.toml", tmp_path / "task.h5")
+    results = synthesize_text(tmp_path, text)
     frame = results.to_pandas()
     first = frame[frame["solution"] == 1].set_index("cognate")
     assert first["path_error_rms"][0] < 1e-5
@@ -129,8 +129,7 @@ def test_all_bounds_hold_where_the_path_is_met_best(bounds, boxes, best):
 
 def test_candidates_outside_a_box_are_rows_that_are_not_feasible(tmp_path):
     text = task_text(POINTS, "closed = true", "rocker_pivot = { x = [30, 50], y = [10, 20] }")
-    (tmp_path / "task.toml").write_text(text, encoding="utf-8")
-    frame = explore.synthesize(tmp_path / "task.toml", tmp_path / "task.h5").to_pandas()
+    frame = synthesize_text(tmp_path, text).to_pandas()
     angle = np.radians(frame["ground_angle"])
     x = frame["crank_pivot_x"] + frame["ground"] * np.cos(angle)
     y = frame["crank_pivot_y"] + frame["ground"] * np.sin(angle)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from studies import synthesize_text
 from synthesis_cases import pressure_angle_max
 
-import explore
 from explore.base.errors import ConfigError
 from explore.synthesis.slider_cranks import SliderCrank
 from explore.synthesis.tasks.task_files import parse_task, task_starter
@@ -13,8 +13,7 @@ from explore.synthesis.tasks.task_files import parse_task, task_starter
 @pytest.fixture(scope="module")
 def rows(tmp_path_factory):
     folder = tmp_path_factory.mktemp("slider")
-    (folder / "task.toml").write_text(task_starter("slider-path"), encoding="utf-8")
-    return explore.synthesize(folder / "task.toml", folder / "task.h5").to_pandas()
+    return synthesize_text(folder, task_starter("slider-path")).to_pandas()
 
 
 def test_the_direct_linkage_is_the_best_row(rows):

@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 from command_line import run
+from studies import synthesize_text
 
 import explore
 from explore.base.errors import ConfigError, RequestError
@@ -39,9 +40,7 @@ def test_names_of_tasks(tmp_path):
 
 @pytest.mark.parametrize("name", TASK_TYPES)
 def test_starter_runs(name, tmp_path):
-    path = tmp_path / "task.toml"
-    path.write_text(task_starter(name), encoding="utf-8")
-    results = explore.synthesize(path, tmp_path / "task.h5")
+    results = synthesize_text(tmp_path, task_starter(name))
     assert results.is_complete
     assert results.attributes["sampler"] == "synthesis"
     assert len(explore.rank(results)) > 0
@@ -123,8 +122,7 @@ def test_a_file_that_is_missing():
 
 def test_candidates_have_the_swing_and_the_time_ratio_and_the_best_transmission_angle(tmp_path):
     """42.8078098662 deg is the best of both families, by a scan of another parametrisation with 20 digits."""
-    (tmp_path / "task.toml").write_text(DEAD, encoding="utf-8")
-    results = explore.synthesize(tmp_path / "task.toml", tmp_path / "task.h5")
+    results = synthesize_text(tmp_path, DEAD)
     frame = results.to_pandas()
     assert frame["feasible"].all()
     np.testing.assert_allclose(frame["swing_angle"], 40, rtol=1e-13)
@@ -143,8 +141,7 @@ def test_where_nothing_meets_the_bounds_the_nearest_are_rows_that_are_not_feasib
         "none has a transmission angle of at least 45 deg and links within a ratio of 10; "
         "the best with links within that ratio has 42.8078 deg"
     )
-    (tmp_path / "task.toml").write_text(text, encoding="utf-8")
-    results = explore.synthesize(tmp_path / "task.toml", tmp_path / "task.h5")
+    results = synthesize_text(tmp_path, text)
     assert not results.to_pandas()["feasible"].any()
     nearest = explore.nearest(results, 1)
     assert nearest["transmission_angle_worst"].iloc[0] == pytest.approx(42.8078098662, abs=5e-11)
