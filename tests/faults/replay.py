@@ -8,7 +8,7 @@ change of a name in it may be there or not.
 
 import random
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -250,5 +250,16 @@ def power_cuts(disk: Disk, calls: Sequence[Call], count: int, chance: random.Ran
         while moments and moments[0] == position:
             moments.pop(0)
             yield disk.after_cut(chance)
+        if position < len(calls):
+            disk.do(calls[position])
+
+
+def ends_at(disk: Disk, calls: Sequence[Call], moments: Collection[int], *cuts: random.Random) -> Iterator[dict]:
+    """States after power cuts by chance before each of these calls; without any, after a kill before it or within."""
+    for position in range(len(calls) + 1):
+        if position in moments:
+            yield from map(disk.after_cut, cuts) if cuts else [disk.after_kill()]
+            if not cuts and position < len(calls) and calls[position].operation == "w":
+                yield disk.after_kill(during=calls[position])
         if position < len(calls):
             disk.do(calls[position])

@@ -12,7 +12,7 @@ import pytest
 from explore.results.store.packing import pack
 from faults.checker import check, done_blocks, sha256
 from faults.content import N_BLOCKS, fill
-from faults.replay import COUNTED, Disk, boundaries, put_down, read_trace
+from faults.replay import COUNTED, Disk, boundaries, ends_at, put_down, read_trace
 from faults.sweeps import study, sweep_here
 
 KEEPS = ["all", "front"]
@@ -125,13 +125,8 @@ def test_kill_at_every_call(recorded, fresh, whole, figures, trials, keep):
     """Just before each call and in the middle of each write; a second run then finishes."""
     folder, calls = recorded
     disk, chosen = Disk(folder), some_of(boundaries(calls), trials)
-    for position, call in enumerate(calls):
-        if position in chosen:
-            judge_and_finish(disk, disk.after_kill(), fresh(), whole, figures, keep)
-            if call.operation == "w":
-                judge_and_finish(disk, disk.after_kill(during=call), fresh(), whole, figures, keep)
-        disk.do(call)
-    judge_and_finish(disk, disk.after_kill(), fresh(), whole, figures, keep)
+    for state in ends_at(disk, calls, chosen | {len(calls)}):
+        judge_and_finish(disk, state, fresh(), whole, figures, keep)
 
 
 def some_of(moments, trials):
@@ -172,21 +167,14 @@ def test_kill_or_power_cut_at_every_call_of_pack(packing, undisturbed, fresh, fi
     """The copy is absent or complete, and packing again gives it."""
     folder, calls, whole = packing
     disk, chance, chosen = Disk(folder), random.Random(5), some_of(boundaries(calls), trials)
-    for position in range(len(calls) + 1):
-        if position in chosen:
-            states = [disk.after_cut(chance) for _ in range(cuts)] or [disk.after_kill()]
-            if not cuts and position < len(calls) and calls[position].operation == "w":
-                states.append(disk.after_kill(during=calls[position]))
-            for state in states:
-                target = fresh() / "packed.h5"
-                put_down(state, folder, target.parent)
-                figures["trials"] += 1
-                if not target.exists():
-                    pack(undisturbed, target)
-                    assert not list(target.parent.glob("*.unfinished-*"))
-                assert target.read_bytes() == whole
-        if position < len(calls):
-            disk.do(calls[position])
+    for state in ends_at(disk, calls, chosen, *[chance] * cuts):
+        target = fresh() / "packed.h5"
+        put_down(state, folder, target.parent)
+        figures["trials"] += 1
+        if not target.exists():
+            pack(undisturbed, target)
+            assert not list(target.parent.glob("*.unfinished-*"))
+        assert target.read_bytes() == whole
 
 
 @pytest.mark.parametrize(("trials", "keep"), [(25, "all"), (15, "front"), night(None, "all"), night(None, "front")])

@@ -12,7 +12,7 @@ from served import serving
 import explore
 from explore.synthesis.tasks.task_files import task_starter
 from faults.disks import take_all_but
-from faults.replay import Disk, boundaries, put_down, read_trace
+from faults.replay import Disk, boundaries, ends_at, put_down, read_trace
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -157,18 +157,11 @@ def test_kill_or_power_cut_at_every_call(server, memory, swept, fresh, figures, 
     disk, chance, moments = Disk(folder, {str(folder / name): b"earlier"}), random.Random(6), boundaries(calls)
     chosen = {*moments[-6:], *chance.sample(moments, min(trials or len(moments), len(moments)))}
     found = set()
-    for position in range(len(calls) + 1):
-        if position in chosen:
-            states = [disk.after_cut(chance) for _ in range(cuts)] or [disk.after_kill()]
-            if not cuts and position < len(calls) and calls[position].operation == "w":
-                states.append(disk.after_kill(during=calls[position]))
-            for state in states:
-                target = fresh() / name
-                put_down(state, folder, target.parent)
-                figures["trials"] += 1
-                found.add(target.read_bytes())
-        if position < len(calls):
-            disk.do(calls[position])
+    for state in ends_at(disk, calls, chosen, *[chance] * cuts):
+        target = fresh() / name
+        put_down(state, folder, target.parent)
+        figures["trials"] += 1
+        found.add(target.read_bytes())
     assert found == {b"earlier", whole}
     assert call(*order(words, swept, target), seconds=240)[0] == 0  # beside what the last state left
     assert {file.name: file.read_bytes() for file in target.parent.iterdir()} == {name: whole}
