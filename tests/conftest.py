@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: the workers share the cores
+os.environ["PYTHONSAFEPATH"] = "1"  # processes import the installed package too, not the folder they are started in
 
 import pytest
 from damage_worker import Worker

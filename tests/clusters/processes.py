@@ -17,11 +17,13 @@ from command_line import call
 from faults.checker import done_blocks
 from waiting import wait_until
 
+import explore
 from explore.results.store.block_bytes import damaged_blocks
 from explore.results.store.layout_reader import read_layout
 from explore.studies.designs.spaces import BLOCK_SIZE
 
-ROOT = Path(__file__).parents[2]
+#: Folder of the package that is tested, which has its compiled kernels.
+PACKAGES = Path(explore.__file__).parents[1]
 #: Closed form only: a block takes 15 ms and 62 bytes a design.
 _STUDY = """\
 mechanism = "crank-rocker"
@@ -82,7 +84,7 @@ def session_members(session: int) -> list[int]:
 class _Process:
     """A process in its own session; the context manager ends all processes of the session."""
 
-    def __init__(self, command: Sequence[str], folder: Path, name: str, path: Path = ROOT) -> None:
+    def __init__(self, command: Sequence[str], folder: Path, name: str, path: Path = PACKAGES) -> None:
         surrounding = os.environ | {"PYTHONPATH": os.pathsep.join([str(path)]), "NO_COLOR": "1"}
         self._stdout, self._stderr = folder / f"{name}.out", folder / f"{name}.err"
         with self._stdout.open("w") as stdout, self._stderr.open("w") as stderr:
@@ -241,7 +243,7 @@ class Cluster:
     def __exit__(self, *_: object) -> None:
         self._closing.close()
 
-    def add_worker(self, path: Path = ROOT) -> _Process:
+    def add_worker(self, path: Path = PACKAGES) -> _Process:
         """Start a worker of one thread that imports modules from a path first."""
         self._count += 1
         options = ["--nthreads", "1", "--host", "127.0.0.1", "--dashboard-address", "127.0.0.1:0", "--no-nanny"]

@@ -11,7 +11,7 @@ from pathlib import Path
 import dask
 import yaml
 
-from clusters.processes import ROOT, Cluster, Sweep, digest, study_file
+from clusters.processes import Cluster, Sweep, digest, study_file
 
 #: The flag of a listening Unix socket in /proc/net/unix.
 _ACCEPTS = 0x1_0000
@@ -131,7 +131,7 @@ def test_a_cluster_protected_as_documented_serves_the_sweep_and_refuses_other_us
     folder, expected_digest, monkeypatch
 ):
     blocks, path = 4, folder / "a.h5"
-    text = (ROOT / "docs" / "sweeps.md").read_text()
+    text = (Path(__file__).parents[2] / "docs" / "sweeps.md").read_text()
     (command,) = re.findall(r"^openssl req .*$", text, re.MULTILINE)
     (settings,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     subprocess.run(shlex.split(command), cwd=folder, check=True, capture_output=True)

@@ -10,7 +10,7 @@ from distributed import Client, LocalCluster
 from waiting import wait_until
 
 import explore
-from clusters.processes import ROOT, Cluster, Sweep, committed_blocks, digest, finish, study_file
+from clusters.processes import PACKAGES, Cluster, Sweep, committed_blocks, digest, finish, study_file
 from explore.mechanisms.registry import MECHANISMS
 from explore.running import clusters
 from explore.running.in_flight import SPARE_BLOCKS
@@ -35,7 +35,7 @@ def empty_package(folder):
 def other_package(folder, what):
     """A path on which a worker finds another version of `explore`, and the message about it."""
     copy = folder / "other"
-    shutil.copytree(ROOT / "explore", copy / "explore")
+    shutil.copytree(PACKAGES / "explore", copy / "explore")
     if what == "version":
         (copy / "explore" / "_version.py").write_text('__version__ = "9.8.7"\n')
         return copy, ["has other versions", f"explore 9.8.7 there, {explore.__version__} here", "make them equal"]
