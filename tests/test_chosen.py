@@ -1,10 +1,14 @@
 """Designs chosen from results, and the request that computed them."""
 
+import re
+
 import pytest
 from studies import sweep_text
 
 import explore
-from explore.base.errors import RequestError, ResultsError
+from explore.base.errors import NothingFeasibleWarning, RequestError, ResultsError
+from explore.figures.charts.motion import motion_chart
+from explore.figures.charts.parallel import parallel_chart
 from explore.running.chosen import chosen_designs, request_of
 
 STUDY = """
@@ -54,6 +58,28 @@ def test_numbers_are_kept_in_their_order(results):
     assert list(chosen_designs(results, 5).index) == [5]
     with pytest.raises(ResultsError, match="256"):
         chosen_designs(results, [256])
+
+
+def test_feasible_designs_without_an_objective_are_not_called_infeasible(tmp_path):
+    study = explore.Study(
+        mechanism="crank-rocker",
+        parameters={"crank": [100, 110], "coupler": 900, "rocker": 500, "ground": 700},
+        formulas={"excess": {"formula": "log(crank - 200)", "unit": "1"}},
+        objectives=["cv", "excess:max"],
+    )
+    results = explore.sweep(study, tmp_path / "undefined.h5")
+    begin = f"in each feasible design of {re.escape(str(results.path))} an objective is undefined"
+    with pytest.warns(NothingFeasibleWarning, match=f"{begin}, so there is nothing to rank; left out: 2 in which"):
+        explore.rank(results)
+    for choose in (chosen_designs, motion_chart):
+        with pytest.raises(RequestError, match=f"{begin}, so none is the best: choose one with `design`"):
+            choose(results)
+    with pytest.raises(RequestError, match=f"{begin}, so there is no Pareto set to draw"):
+        parallel_chart(results)
+    with pytest.warns(NothingFeasibleWarning, match="in each feasible design of .* that meets the request an"):
+        explore.rank(results, where="crank > 105")
+    with pytest.warns(NothingFeasibleWarning, match="no feasible design of .* meets the request"):
+        explore.rank(results, where="crank > 200")
 
 
 def test_without_a_feasible_design_none_is_the_best(tmp_path):

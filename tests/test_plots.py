@@ -220,6 +220,23 @@ def test_feasible_designs_without_values_are_told(tmp_path):
     assert (lines.get_edgecolor()[:, 3] > 0.0).all()
 
 
+def test_headings_count_feasible_designs_without_objectives(tmp_path):
+    """The sixth of the cranks has the objective; all are feasible."""
+    parameters = "crank = [50, 60, 70, 80, 90, 100]\nground = [690, 720]\ncoupler = 1083\nrocker = 541"
+    metrics = '[metrics]\nexcess = { formula = "log(crank - 95)", unit = "1" }\n'
+    text = f'mechanism = "crank-rocker"\n[parameters]\n{parameters}\n{metrics}[rank]\nmetrics = ["cv", "excess:max"]\n'
+    results = sweep_text(tmp_path, text, "excess")
+    assert results.to_pandas()["feasible"].sum() == 12
+    titles = [
+        pareto_chart(results), map_chart(results, metric="excess"), parallel_chart(results),
+        joint_pareto_chart([results, shutil.copy(results.path, tmp_path / "copy.h5")]),
+    ]  # fmt: skip
+    words = ["1 Pareto-optimal of 12 feasible of 12 designs", "12 feasible (10 without excess) of 12 designs",
+             "1 of 11 other feasible designs", "Pareto-optimal of 24 feasible designs of 2 results"]  # fmt: skip
+    for figure, counts in zip(titles, words, strict=True):
+        assert counts in figure.get_suptitle()
+
+
 def test_many_designs_become_a_density_that_counts_all_within_the_axes(results_of):
     results = results_of(400_000)
     table = results.to_pandas(["cv", "swing_angle", "feasible"])

@@ -161,6 +161,19 @@ def test_a_cut_needs_designs_with_the_same_other_parameters(tmp_path):
     assert mesh_of(map_chart(results).axes[0]).count() > 10
 
 
+def test_designs_without_a_solved_length_and_bare_numbers_are_told(tmp_path):
+    """Where no crank gives the swing the design has no place; phases have no unit."""
+    parameters = 'crank = { solve = "swing_angle", value = "40 deg" }\nground = [700, 2000]\nphases = [1, 3]'
+    text = f'mechanism = "crank-rocker"\n[parameters]\n{parameters}\ncoupler = [1000, 1100]\nrocker = 500\n'
+    results = sweep_text(tmp_path, text, "solved")
+    without = int(results.to_pandas()["crank"].isna().sum())
+    assert 0 < without < 8
+    assert f" of 8 designs ({without} without a place)" in map_chart(results, x="crank", y="coupler").get_suptitle()
+    cut = map_chart(results, x="crank", y="coupler", design=0)
+    assert "phases 1" in cut.get_suptitle()
+    assert "phases 1 1" not in cut.get_suptitle()
+
+
 def test_axis_labels_name_their_parameters(grid):
     chart, _ = map_chart(grid, x="crank", y="ground").axes
     assert chart.get_xlabel() == "crank length [mm]"

@@ -28,8 +28,7 @@ def explain_ranking(results: Results, ranking: Ranking, prefix: str = "") -> Non
         say(f"{results.path} keeps only the Pareto set in {kept}: the best in this request may be missing", "yellow")
     _say_counts(results, ranking, prefix)
     sentences = results.status_sentences
-    n_feasible = ranking.tally.n_ranked + ranking.tally.n_not_finite
-    shows_nearest = is_little(n_feasible, results.n_studied) and not ranking.exclusions
+    shows_nearest = is_little(ranking.tally.n_feasible, results.n_studied) and not ranking.exclusions
     with_missed = not shows_nearest or results.keep != "all"
     for line in (*left_out_by_request(ranking), *left_out(ranking.tally, sentences, with_missed=with_missed)):
         say(f"  left out: {line}")

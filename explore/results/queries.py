@@ -12,6 +12,7 @@ from explore.base.suggest import suggestion
 from explore.model.columns import Column
 from explore.model.quantities import FloatArray
 from explore.results.ranking.rankings import Ranking, rank_source
+from explore.results.ranking.reasons import nothing_ranked
 from explore.results.ranking.violations import CHECKED, find_margins, find_scales, is_measured, total_violations
 from explore.results.store.results import Results
 
@@ -34,10 +35,10 @@ def choose_design(results: Results, design: int | None, ranking: Ranking | None 
     if design is not None:
         results.designs([design])
         return design
-    best = (ranking or rank_source(results)).frame.index
-    if best.empty:
-        raise RequestError(f"no design of {results.path} is feasible, so none is the best: choose one with `design`")
-    return int(best[0])
+    ranking = ranking or rank_source(results)
+    if ranking.frame.empty:
+        raise RequestError(f"{nothing_ranked(ranking, results.path)}, so none is the best: choose one with `design`")
+    return int(ranking.frame.index[0])
 
 
 def violation_columns(results: Results) -> list[str]:
@@ -80,4 +81,5 @@ def designs_like(
     row = results.design(design)
     frame = results.to_pandas(list(dict.fromkeys([*names, *(c.name for c in parameters)])))
     equal = np.logical_and.reduce([frame[c.name].to_numpy() == row[c.name] for c in parameters])
-    return frame[equal], ", ".join(f"{c.name} {row[c.name]:.6g} {c.unit}" for c in parameters)
+    values = (f"{c.name} {row[c.name]:.6g} {'' if c.unit == '1' else c.unit}".rstrip() for c in parameters)
+    return frame[equal], ", ".join(values)

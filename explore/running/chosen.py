@@ -12,6 +12,7 @@ from explore.base.errors import RequestError
 from explore.base.suggest import format_value
 from explore.model.request import Request
 from explore.results.ranking.rankings import rank_source
+from explore.results.ranking.reasons import nothing_ranked
 from explore.results.store.results import Results
 from explore.studies.config.linkage import mechanism_of
 from explore.studies.request.requests import make_request
@@ -24,10 +25,10 @@ def chosen_designs(results: Results, numbers: Sequence[int] | int | None = None)
     """All columns of designs by number, in the given order, or of the Pareto set in the objectives of the study."""
     if numbers is not None:
         return results.designs(check_numbers(numbers))
-    best = rank_source(results).frame.index
-    if best.empty:
-        raise RequestError(f"no design of {results.path} is feasible, so none is the best: choose one with `design`")
-    return results.designs(best.to_numpy())
+    ranking = rank_source(results)
+    if ranking.frame.empty:
+        raise RequestError(f"{nothing_ranked(ranking, results.path)}, so none is the best: choose one with `design`")
+    return results.designs(ranking.frame.index.to_numpy())
 
 
 def check_numbers(numbers: Sequence[int] | int) -> npt.NDArray[np.int64]:

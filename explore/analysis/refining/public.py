@@ -29,6 +29,7 @@ from explore.model.request import Objective, Request
 from explore.results.ranking.objectives import choose_objectives
 from explore.results.ranking.pareto import objectives_to_minimise
 from explore.results.ranking.rankings import RankRequest, rank_source, rankable_names
+from explore.results.ranking.reasons import nothing_ranked
 from explore.results.store.open_results import open_results, results_of
 from explore.results.store.results import Results
 from explore.running.chosen import chosen_designs
@@ -136,10 +137,10 @@ def polish(
     one, _ = choose_objectives(objective, None, source.senses, rankable_names(source), source.objectives[:1])
     require_computed(study, one, source)
     if designs is None:
-        best = rank_source(source, RankRequest([f"{one[0].metric}:{one[0].sense}"])).frame
-        if not len(best):
-            raise RequestError(f"no design of {source.path} is feasible, so there is none to polish")
-        designs = [int(best.index[0])]
+        ranking = rank_source(source, RankRequest([f"{one[0].metric}:{one[0].sense}"]))
+        if ranking.frame.empty:
+            raise RequestError(f"{nothing_ranked(ranking, source.path)}, so there is none to polish")
+        designs = [int(ranking.frame.index[0])]
     frame = chosen_designs(source, designs)
     for number in frame.index[frame["feasible"] == 0]:
         raise RequestError(f"design {number} is not feasible; choose one that is")

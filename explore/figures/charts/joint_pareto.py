@@ -79,7 +79,7 @@ def joint_pareto_chart(results: Sequence[ResultsOrPath], *, x: str | None = None
     _draw_front(panel, front[list(names)].to_numpy(float), joint, names)
     panel.set_xlabel(axis_label(columns[0]))
     panel.set_ylabel(axis_label(columns[1]))
-    count = f"{joint.whole.tally.n_ranked:,} feasible designs of {len(sources)} results"
+    count = f"{joint.whole.tally.n_feasible:,} feasible designs of {len(sources)} results"
     incomplete = [short[name] for name, part in joint.parts.items() if part.is_incomplete]
     missing = [f"{name} keeps only the Pareto set of its study: the best here may be missing" for name in incomplete]
     heading = [f"{len(front):,} Pareto-optimal of {count}", *joint.caveats, *missing]

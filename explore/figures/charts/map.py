@@ -80,6 +80,7 @@ def map_chart(
     shown = numeric_column(results, metric or ranking.objectives[0].metric)
     others = [c for c in swept if c.name not in names]
     frame, common = designs_like(results, [*names, shown.name, *reason_columns(results)], others, design)
+    n_designs = len(frame)
     frame = frame.dropna(subset=names)  # a length that is solved for is undefined where the equation has no solution
     if min(frame[name].nunique() for name in names) < 2:
         raise RequestError(f"too few designs of {results.path} share {common}; leave out `design` to show all")
@@ -100,14 +101,22 @@ def map_chart(
     panel.set_xlabel(axis_label(numeric_column(results, names[0])))
     panel.set_ylabel(axis_label(numeric_column(results, names[1])))
     content = shown.name if common else f"{_AGGREGATES[sense]} {shown.name} in each cell"
-    count = f"{len(frame):,} designs"
-    if results.keep == "all":
-        count = f"{np.count_nonzero(usable):,} feasible of {count}"
+    count = _count_text(results, frame, n_designs, shown.name)
     heading = f"{results_name(results)}: {content}, {count}{completeness_note(results)}"
     write_title(figure, f"{heading}\n{common}".rstrip(), size=11)
     figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False, fontsize=10, title=title,
                   handleheight=1.6, handlelength=3.0)  # fmt: skip
     return figure
+
+
+def _count_text(results: Results, frame: pd.DataFrame, n_designs: int, metric: str) -> str:
+    """The numbers of feasible designs and of all, for the heading, with those that no cell shows."""
+    feasible = frame.loc[frame["feasible"].to_numpy(bool), metric].to_numpy(float)
+    without = np.count_nonzero(~np.isfinite(feasible))
+    lacks_metric = f" ({without:,} without {metric})" if without else ""
+    lacks_place = f" ({n_designs - len(frame):,} without a place)" if n_designs > len(frame) else ""
+    count = f"{n_designs:,} designs{lacks_place}"
+    return f"{len(feasible):,} feasible{lacks_metric} of {count}" if results.keep == "all" else f"{count}{lacks_metric}"
 
 
 def _choose_parameters(results: Results, swept: list[str], x: str | None, y: str | None) -> list[str]:

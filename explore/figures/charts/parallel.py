@@ -14,6 +14,7 @@ from explore.model.quantities import FloatArray
 from explore.results.labels import completeness_note, results_name, unit_text
 from explore.results.queries import numeric_column, varying_parameters
 from explore.results.ranking.rankings import Ranking, rank_source
+from explore.results.ranking.reasons import nothing_ranked
 from explore.results.store.open_results import ResultsOrPath, results_of
 from explore.results.store.results import Results
 
@@ -50,13 +51,14 @@ def parallel_chart(results: ResultsOrPath, *, metric: str | None = None) -> Figu
     Raises
     ------
     RequestError
-        If no design is feasible, there are fewer than two axes, or the column is unknown or holds no numbers.
+        If no feasible design has all objectives, there are fewer than two axes, or the column is unknown or holds no
+        numbers.
     """
     results = results_of(results)
     ranking = rank_source(results)
     colour = numeric_column(results, metric or ranking.objectives[0].metric)
     if ranking.frame.empty:
-        raise RequestError(f"no design of {results.path} is feasible, so there is no Pareto set to draw")
+        raise RequestError(f"{nothing_ranked(ranking, results.path)}, so there is no Pareto set to draw")
     senses = {o.metric: o.sense for o in ranking.objectives}
     columns = _choose_axes(results, list(senses))
     names = [c.name for c in columns]
@@ -110,7 +112,7 @@ def _count_text(results: Results, ranking: Ranking, optimal: int, others: int) -
     """The numbers of drawn designs and of all, for the heading."""
     total = len(ranking.frame)
     front = f"{total:,} Pareto-optimal" if optimal == total else f"{optimal:,} of {total:,} Pareto-optimal"
-    rest = ranking.tally.n_ranked - total
+    rest = ranking.tally.n_feasible - total
     pale = f"{others:,} of {rest:,} other feasible designs, pale" if rest else "no other feasible design"
     return f"{front}; {pale}{completeness_note(results)}"
 

@@ -86,7 +86,7 @@ def pareto_chart(
     figure = new_figure()
     panel = figure.subplots()
     ranking = draw_designs(figure, panel, results, x=x, y=y, design=design)
-    count = f"{ranking.tally.n_ranked:,} feasible of {results.n_studied:,} designs{completeness_note(results)}"
+    count = f"{ranking.tally.n_feasible:,} feasible of {results.n_studied:,} designs{completeness_note(results)}"
     write_title(figure, f"{results_name(results)}: {len(ranking.frame):,} Pareto-optimal of {count}")
     write_legend(figure, panel)
     return figure

@@ -170,7 +170,7 @@ def _words(name: str, value: Attribute) -> str:
 
 
 def _count_feasible(ranking: Ranking | None) -> int | None:
-    return ranking.tally.n_ranked + ranking.tally.n_not_finite if ranking else None
+    return ranking.tally.n_feasible if ranking else None
 
 
 def design_kernel(results: Results, mechanism: Mechanism) -> Mechanism:

@@ -128,7 +128,10 @@ def _merge_rankings(parts: Mapping[str, Ranking], request: RankRequest, unlike: 
     columns: Arrays = {objective.metric: frame[objective.metric].to_numpy() for objective in objectives}
     rows, numbers = find_fronts([columns], objectives, request.fronts)
     ranked = sort_fronts(frame.iloc[rows], numbers, objectives, order, request)
-    tally = Tally(n_ranked=sum(part.tally.n_ranked for part in parts.values()))
+    tally = Tally()
+    for part in parts.values():
+        tally.n_ranked += part.tally.n_ranked
+        tally.n_not_finite += part.tally.n_not_finite
     is_incomplete = any(part.is_incomplete for part in parts.values())
     return Ranking(ranked, objectives, order, tally, is_incomplete=is_incomplete)
 

@@ -27,11 +27,15 @@ def left_out_by_request(ranking: Ranking) -> list[str]:
 
 def reason_for_nothing(ranking: Ranking, name: object) -> str:
     """Why a ranking of the results of a name has no design; empty if it has one."""
-    if ranking.tally.n_ranked:
-        return ""
+    return "" if ranking.tally.n_ranked else f"{nothing_ranked(ranking, name)}, so there is nothing to rank"
+
+
+def nothing_ranked(ranking: Ranking, name: object) -> str:
+    """Why a ranking of the results of a name has no design, as the beginning of a sentence."""
     is_narrowed = any(ranking.exclusions.values())
-    reason = f"no feasible design of {name} meets the request" if is_narrowed else f"no design of {name} is feasible"
-    return f"{reason}, so there is nothing to rank"
+    if ranking.tally.n_not_finite:
+        return f"in each feasible design of {name}{' that meets the request' * is_narrowed} an objective is undefined"
+    return f"no feasible design of {name} meets the request" if is_narrowed else f"no design of {name} is feasible"
 
 
 def warning_of_nothing(ranking: Ranking, name: object, sentences: Mapping[str, str]) -> str:

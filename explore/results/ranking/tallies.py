@@ -47,6 +47,11 @@ class Tally:
     by_constraint: Counter[str] = field(default_factory=Counter)
     by_undefined_constraint: Counter[str] = field(default_factory=Counter)
 
+    @property
+    def n_feasible(self) -> int:
+        """Number of the feasible designs that were counted, ranked or not."""
+        return self.n_ranked + self.n_not_finite
+
     def merge(self, other: Tally) -> None:
         """Add the counts of another tally."""
         self.n_ranked += other.n_ranked
