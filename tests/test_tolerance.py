@@ -3,6 +3,7 @@
 import json
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -395,6 +396,33 @@ def test_the_chart_marks_limits_and_shares(robustness):
     assert sum(heights) == len(robustness.sample(number))
     with pytest.raises(RequestError, match="design -1 was not analysed"):
         charts.tolerance_chart(robustness, -1)
+
+
+def test_the_chart_tells_parts_without_a_value(tmp_path):
+    """A metric that half of the parts have, one that none has, and one that varies by rounding; none has a sense."""
+    formulas = {"half": "log(crank - 50)", "none": "log(crank - 60)", "rounding": "3 * crank / crank"}
+    entries = "".join(f'{name} = {{ formula = "{text}", unit = "1" }}\n' for name, text in formulas.items())
+    parameters = "[parameters]\ncrank = 50\ncoupler = 940.62\nrocker = 211.79\nground = 869.44\n"
+    text = f'mechanism = "crank-rocker"\n{parameters}[evaluate]\nmetrics = {list(formulas)}\n[metrics]\n{entries}'
+    results = sweep_text(tmp_path, f"{text}[tolerances]\ncrank = 0.1\n", "formulas")
+    robust = explore.tolerance(results, designs=0, draws=1024)
+    lacking = robust.sample(0)["half"].isna().sum()
+    assert 400 < lacking < 600
+    figure = charts.tolerance_chart(robust)
+    half, none, rounding = figure.axes[1::2]
+    assert [text.get_text() for text in half.texts] == [f"{lacking} undefined"]
+    assert [text.get_text() for text in none.texts] == ["undefined"]
+    assert sum(bar.get_height() for bar in rounding.patches) == 1024
+    assert 0.0 < np.ptp(rounding.get_xlim()) < 1e-11
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "words"),
+    [(7.0e-10, 7.2e-10, "failure probability 7e-10 to 7.2e-10"), (0.0, 1.4e-5, "yield 99.9986 to 100 %")],
+)
+def test_a_yield_that_rounds_to_1_is_told_by_the_failures(robustness, low, high, words):
+    failures = robustness.failures.assign(low=low, high=high)
+    assert words in charts.tolerance_chart(replace(robustness, failures=failures)).get_suptitle().replace("\xa0", " ")
 
 
 def test_a_number_alone_is_of_all_lengths(folder):

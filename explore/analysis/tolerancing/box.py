@@ -138,7 +138,8 @@ class _Search:
         for side, sign in enumerate((-1.0, 1.0)):
             extremes = {}
             for m, name in enumerate(self._names):
-                is_corner = self._value[side, m] - self._corner_value[side, m] <= _SAME * ranges[m]
+                with np.errstate(invalid="ignore"):  # infinite where a metric is undefined at all points
+                    is_corner = self._value[side, m] - self._corner_value[side, m] <= _SAME * ranges[m]
                 at, value = self._at[side, m], self._value[side, m]
                 if is_corner:
                     at, value = self._corner_at[side, m], self._corner_value[side, m]

@@ -35,7 +35,7 @@ _DARK = (style.BLUE, style.GREEN, style.BROWN)
 
 
 def tolerance_chart(robustness: Robustness, design: int | None = None) -> Figure:
-    """Draw a row for each metric that has a better side or a constraint.
+    """Draw a row for each metric that has a better side or a constraint, for each of all metrics if none has.
 
     On the left the share of each dimension in the variance, to first order; on the right how the metric spreads over
     parts, with the design (solid), the worst cases over the box of the tolerances (dotted), and the constraints
@@ -54,23 +54,28 @@ def tolerance_chart(robustness: Robustness, design: int | None = None) -> Figure
     constraints = robustness.designs.attrs["constraints"]
     senses = robustness.designs.attrs["senses"]
     rows, shares = robustness.metrics_of(number), robustness.by_dimension(number, "share")
-    names = [name for name in rows if senses.get(name) or name in constraints]
+    names = [name for name in rows if senses.get(name) or name in constraints] or list(rows)
     figure = style.new_figure(9.0, _REST_HEIGHT + _ROW_HEIGHT * len(names))
     panels = figure.subplots(len(names), 2, squeeze=False, width_ratios=[1, 2])
     sample = robustness.sample(number)
     for (bar, histogram), name in zip(panels, names, strict=True):
         _draw_shares(bar, shares[name])
         bar.set_ylabel(_label(name, rows[name]["unit"]), rotation=0, ha="right", va="center")
-        _draw_histogram(histogram, sample[name].dropna().to_numpy(), rows[name], constraints.get(name, {}))
+        _draw_histogram(histogram, sample[name].to_numpy(), rows[name], constraints.get(name, {}))
     handles, labels = panels[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower left", ncols=len(labels), frameon=False)
     panels[0, 0].set_title("share of the variance", fontsize=10, color=style.INK)
     panels[0, 1].set_title(f"{len(sample):,} parts", fontsize=10, color=style.INK)
-    row = robustness.designs.loc[number].to_dict()
     widths = ", ".join(_width(t, robustness.units[t.parameter]) for t in robustness.tolerances)
-    text = f"design {number}, yield {100 * row['yield_low']:.6g} to {100 * row['yield_high']:.6g} %, {widths}"
+    text = f"design {number}, {_yield(*robustness.failures.loc[number, ['low', 'high']])}, {widths}"
     style.write_heading(figure, text, 90)
     return figure
+
+
+def _yield(low: float, high: float) -> str:
+    """The yield from the ends of the interval of the failure probability, which is told where the yield rounds to 1."""
+    least, most = (f"{100 * (1 - failure):.6g}" for failure in (high, low))
+    return f"failure probability {low:.3g} to {high:.3g}" if least == "100" else f"yield {least} to {most} %"
 
 
 def _width(tolerance: Tolerance, unit: str) -> str:
@@ -101,14 +106,26 @@ def _draw_shares(panel: Axes, shares: Mapping[str, float]) -> None:
         panel.spines[side].set_visible(False)
 
 
+def _range_of(values: FloatArray) -> tuple[float, float]:
+    """The ends of a histogram, so far apart that its bins differ where the values do only by rounding."""
+    low, high = float(values.min()), float(values.max())
+    least = 4.0 * _N_BINS * np.spacing(max(abs(low), abs(high)))
+    widening = 0.5 * max(0.0, least - (high - low)) if high > low else 0.5
+    return low - widening, high + widening
+
+
 def _draw_histogram(
     panel: Axes, values: FloatArray, row: Mapping[str, Any], bounds: Mapping[str, float | None]
 ) -> None:
-    if not len(values):
-        panel.text(0.5, 0.5, "no part moves", ha="center", va="center", color=style.MUTED, transform=panel.transAxes)
+    defined = values[np.isfinite(values)]
+    if not len(defined):
+        panel.text(0.5, 0.5, "undefined", ha="center", va="center", color=style.MUTED, transform=panel.transAxes)
         panel.set(xticks=[], yticks=[])
         return
-    counts, edges = np.histogram(values, _N_BINS)
+    if len(defined) < len(values):
+        panel.text(1.0, 1.0, f"{len(values) - len(defined):,} undefined", ha="right", va="top", fontsize=8,
+                   color=style.MUTED, transform=panel.transAxes)  # fmt: skip
+    counts, edges = np.histogram(defined, _N_BINS, _range_of(defined))
     centres = (edges[1:] + edges[:-1]) / 2
     low, high = bounds.get("min"), bounds.get("max")
     is_missed = (centres < (-math.inf if low is None else low)) | (centres > (math.inf if high is None else high))
