@@ -272,6 +272,12 @@ def test_the_chart_shows_the_ranges_and_the_gaps():
     assert mpl.get_backend()  # drawn without a window
 
 
+def test_cranks_that_do_not_turn_are_told():
+    coverage = explore.coverage([900, 950], rocker=100, ground=100, coupler=(100, 200))
+    assert coverage_chart(coverage).get_suptitle().startswith("No crank turns with any of these couplers\n")
+    assert repr(coverage).endswith("\nno crank turns with any of these couplers")
+
+
 def test_a_range_overlaps_with_the_farthest_reaching_of_the_smaller_cranks():
     assert _overlaps(np.array([0.0, 1.0, 4.0]), np.array([5.0, 2.0, 6.0])).tolist()[1:] == [1.0, 1.0]
 

@@ -1,17 +1,20 @@
 """Figures of one design: strokes, output and joints compared with independent computations."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from studies import LOCKED, sweep_text
 
 import explore
 from explore.figures.charts.mechanism import mechanism_figure
-from explore.figures.charts.motion import clutch_output, motion_chart, motion_figure
+from explore.figures.charts.motion import clutch_output, draw_panel, motion_chart, motion_figure
 from explore.figures.charts.style import new_figure, save_figure, write_heading
 from explore.figures.charts.turn import TURN
 from explore.figures.simulation import SimulatedDesign
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.mechanisms.rig.declaration import TEST_RIG
+from explore.model.drawing import Panel
 from explore.results.labels import unit_text
 from explore.running.motions import mark_angles, window_limits
 
@@ -176,3 +179,17 @@ def test_a_heading_breaks_its_lines_at_commas():
 
 def test_units_have_superscript_powers():
     assert [unit_text(unit) for unit in ("rad^2/s^4", "mm^3", "kg m^2", "1")] == ["rad²/s⁴", "mm³", "kg m²", "1"]
+
+
+def test_a_panel_draws_all_of_many_signals_and_says_where_none_has_a_value():
+    simulated = simulated_design(LINKAGE)
+    names = tuple(signal.name for signal in CRANK_ROCKER.signals if signal.name in simulated.motion)
+    chart = new_figure().subplots()
+    draw_panel(chart, simulated, Panel("all", names), "red")
+    curves = [line for line in chart.get_lines() if not line.get_label().startswith("_")]
+    assert [line.get_label().replace(" ", "_") for line in curves] == list(names)
+    assert len({(line.get_color(), line.get_linestyle()) for line in curves}) == len(names) > 5
+    assert not chart.texts
+    chart = new_figure().subplots()
+    draw_panel(chart, replace(simulated, motion=simulated.motion * np.nan), Panel("none", names), "red")
+    assert [text.get_text() for text in chart.texts] == ["no value at any input angle"]

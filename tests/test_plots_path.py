@@ -107,3 +107,18 @@ def test_inches(results):
     assert error.get_ylabel() == "distance [in]"
     inches, given = (lines_of(panel)["given points to the path"].get_ydata() for panel in (error, plain))
     assert inches == pytest.approx(given / 25.4, rel=1e-12)
+
+
+def test_points_at_other_crank_angles_lie_within_the_picture(tmp_path):
+    """The path runs through all points, but at half of the given crank angles."""
+    lengths = {"crank": 17.0, "coupler": 25.46, "rocker": 64.57, "ground": 65.87}
+    motion = explore.simulate("crank-rocker", lengths, points={"M": (-22, 7)}, angles=np.arange(0.0, 360.0, 30.0))
+    points = motion[["M_x", "M_y"]].to_numpy().tolist()
+    target = f'[target]\nkind = "path"\npoint = "M"\npoints = {points}\nclosed = true\ncrank_angles = {{}}\n'
+    parameters = "\n".join(f"{name} = {value}" for name, value in lengths.items())
+    text = f'mechanism = "crank-rocker"\n[points.M]\nalong = -22\nacross = 7\n{target}[parameters]\n{parameters}\n'
+    results = sweep_text(tmp_path, text.format([15.0 * k for k in range(12)]), "timed")
+    panel = path_chart(results, design=0).axes[1]
+    given = lines_of(panel)["given points to the path"].get_ydata()
+    assert given.max() > 10.0 * lines_of(panel)["path of M to the lines between the points"].get_ydata().max()
+    assert given.max() < panel.get_ylim()[1]

@@ -476,6 +476,7 @@ def test_ctrl_c_is_told_by_the_exit_code(results, tmp_path, monkeypatch):
 def test_the_chart_draws_each_index_and_its_interval(results):
     table = explore.sensitivity(results, evaluations=FEW)
     table.loc[3, "converged"] = False
+    table.loc[3, "undefined"] = 1234
     figure = sensitivity_chart(table)
     assert len(figure.axes) == 3
     feasibility, cv, _ = figure.axes
@@ -487,6 +488,7 @@ def test_the_chart_draws_each_index_and_its_interval(results):
     )
     assert sum(bool(bar.get_hatch()) for bar in cv.patches) == 1
     assert "not converged" in cv.get_title(loc="left")
+    assert ", without 1,234 where it is undefined" in cv.get_title(loc="left")
 
 
 def test_unfinished_results_are_refused(tmp_path, results, monkeypatch):

@@ -94,6 +94,8 @@ class Coverage:
         _, unit = self.units
         gaps = ", ".join(f"{start:.6g} to {end:.6g}" for start, end in self.gaps)
         summary = f"{low:.6g} to {high:.6g} {unit}, " + (f"but not {gaps} {unit}" if gaps else "without a gap")
+        if np.isnan(low):
+            summary = "no crank turns with any of these couplers"
         return f"{self.table.to_string(index=False)}\n{summary}"
 
 

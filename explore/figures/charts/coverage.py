@@ -59,6 +59,8 @@ def coverage_chart(coverage: Coverage) -> Figure:
     heading = f"Swings from {low:.5g} to {high:.5g} {angle}, " + (
         f"but not {gaps} {angle}" if gaps else "without a gap"
     )
+    if np.isnan(low):
+        heading = "No crank turns with any of these couplers"
     rig = f"rocker {coverage.rocker:g} {length}, ground {coverage.ground:g} {length}"
     write_title(figure, f"{heading}\n{rig}")
     return figure

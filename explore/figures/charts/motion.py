@@ -3,12 +3,25 @@
 from __future__ import annotations
 
 import math
+from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from explore.figures.charts.bounds import draw_bounds
-from explore.figures.charts.style import BLUE, GREEN, INK, MUTED, ORANGE, PURPLE, SKY, new_figure, write_heading
+from explore.figures.charts.style import (
+    BLUE,
+    BROWN,
+    GREEN,
+    INK,
+    MUTED,
+    ORANGE,
+    PURPLE,
+    SKY,
+    YELLOW,
+    new_figure,
+    write_heading,
+)
 from explore.figures.charts.turn import TURN, label_marks, set_turn_axis
 from explore.figures.simulation import SimulatedDesign, simulate_design
 from explore.model.drawing import Panel
@@ -34,6 +47,10 @@ _SEVERAL = (
     (GREEN, "--", 2.0),
     (INK, ":", 2.0),
     (PURPLE, "-.", 1.6),
+    (BLUE, "-", 1.4),
+    (BROWN, "--", 1.4),
+    (YELLOW, "-.", 1.4),
+    (MUTED, "-", 1.2),
 )
 
 
@@ -115,8 +132,11 @@ def draw_panel(chart: Axes, simulated: SimulatedDesign, panel: Panel, colour: st
     motion = simulated.motion
     curves = {signal.name: _values(simulated, signal) * factor for signal in signals}
     looks = ((colour, "-", 1.8),) if len(signals) == 1 else _PAIR if len(signals) == 2 else _SEVERAL
-    for (name, values), (hue, style, width) in zip(curves.items(), looks, strict=False):
+    for (name, values), (hue, style, width) in zip(curves.items(), cycle(looks), strict=False):
         chart.plot(motion.index, values, style, color=hue, lw=width, label=name.replace("_", " "))
+    if not any(np.isfinite(values).any() for values in curves.values()):
+        chart.text(0.5, 0.5, "no value at any input angle", ha="center", va="center", color=MUTED,
+                   transform=chart.transAxes)  # fmt: skip
     if panel.shows_mean:
         _draw_mean(chart, motion.index.to_numpy(), *curves.values())
     limits = tuple(scale.show(limit) for limit in panel.limits)

@@ -93,7 +93,7 @@ def draw_path_error(panel: Axes, simulated: SimulatedDesign, target: DrawnTarget
     rms = float(np.sqrt(np.average(at_points**2, weights=target.weights)))
     panel.axhline(rms, color=RED, lw=1.0, ls="--", label=f"rms of the given points, {rms:.4g} {scale.shown}")
     top = float(at_points.max()) * _BEYOND
-    highest = 1.5 * float(np.nanmax(distances))
+    highest = max(1.5 * float(np.nanmax(distances)), 1.1 * float(at_points.max()))  # of points at given crank angles
     panel.set_ylim(0.0, highest if target.is_closed or not top else min(top, highest))
     set_turn_axis(panel, None, {})
     panel.set_ylabel(f"distance [{scale.shown}]")

@@ -72,5 +72,7 @@ def _title(output: str, group: pd.DataFrame, *, has_total: bool) -> str:
     number = f"{int(group['designs'].max()):,}"
     if has_total:
         return f"feasibility of {number} designs"
+    undefined = int(group["undefined"].max())
+    left_out = f", without {undefined:,} where it is undefined" if undefined else ""
     hatched = "" if group["converged"].all() else "; hatched: not converged"
-    return f"{output.replace('_', ' ')} of {number} feasible designs{hatched}"
+    return f"{output.replace('_', ' ')} of {number} feasible designs{left_out}{hatched}"
