@@ -9,7 +9,7 @@ from studies import sweep_text
 
 import explore
 from browser.chromium import silent_page
-from browser.conftest import STUDY
+from browser.conftest import STUDY, report_of
 from explore.base.units.shown import read_shown_units
 
 CHOICES = ["--units", "length=in", "--units", "speed=rpm", "--units", "angle=rad"]
@@ -64,3 +64,33 @@ def test_the_page_agrees_with_the_command_line(browser, results):
     ranked = {record["design"] for record in json.loads(out)}
     assert ranked <= set(declared.index[(declared["crank"] >= 101.6) & (declared["crank"] <= 127.0)])
     assert ranked
+
+
+#: Lengths and speeds whose conversion to declared units and back is off by rounding.
+WRITTEN = """mechanism = "crank-rocker"
+[parameters]
+crank = ["0.7 in", "1.4 in", "2.1 in"]
+coupler = { start = "36 in", stop = "40 in", num = 9 }
+rocker = "20 in"
+ground = "30 in"
+speed = ["40 rpm", "60 rpm", "110 rpm"]
+[units]
+length = "in"
+speed = "rpm"
+"""
+
+
+def test_values_are_shown_as_they_were_written(browser, tmp_path):
+    """A condition selects the same designs as on the command line."""
+    results = sweep_text(tmp_path, WRITTEN, "written")
+    shown = results.in_units(read_shown_units({"length": "in", "speed": "rpm"})).to_pandas()
+    conditions = '[{column: "crank", low: 0, high: 0.7}, {column: "speed", low: 60, high: Infinity}]'
+    with silent_page(browser, report_of(results.path)) as page:
+        values = page.evaluate("exploreReport.page.model.columns.map(({name, values}) => [name, Array.from(values)])")
+        selected = page.evaluate(
+            f"(() => {{const {{selection}} = exploreReport.page.shared; selection.set('x', {conditions});"
+            " return selection.total;})()"
+        )
+    for name, column in values:
+        np.testing.assert_array_equal(np.array(column, float), shown[name].to_numpy(float), err_msg=name)
+    assert selected == ((shown["crank"] <= 0.7) & (shown["speed"] >= 60)).sum() == 18

@@ -2,7 +2,7 @@
 
 import { el } from "../../../figures/reporting/page/src/dom.js";
 import { designPanel } from "../../../figures/reporting/page/src/design.js";
-import { FRONT } from "../../../figures/reporting/page/src/payload.js";
+import { FRONT, shown } from "../../../figures/reporting/page/src/payload.js";
 import { Pins } from "../../../figures/reporting/page/src/pins.js";
 import { Focus } from "../../../figures/reporting/page/src/selection.js";
 import { RESULTS } from "../../../figures/reporting/page/src/files.js";
@@ -109,7 +109,7 @@ function rowOf(model, told, source, isOptimal) {
     const declared = column === files ? source : (given.get(column.name)?.declared[0] ?? NaN);
     const ratio = given.get(column.name)?.ratio;
     column.declared.push(declared);
-    column.values.push(ratio ? (declared * ratio[0]) / ratio[1] : declared);
+    column.values.push(ratio ? shown(declared, ratio) : declared);
   }
   if (files) {
     const lacks = model.columns.filter((column) => column !== files && !given.has(column.name)).map(({ name }) => name);

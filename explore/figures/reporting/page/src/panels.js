@@ -55,14 +55,14 @@ export function comparedPanels(shown) {
 }
 
 /** A line over the turn with its values in the unit of the panel. */
-function traceOf({ name, hue, label, at }, factor, motion, turn) {
+function traceOf({ name, hue, dash = [], label, at }, factor, motion, turn) {
   const signal = at ?? ((degrees) => motion.at(degrees)[name]);
   const values = at ? Float64Array.from(turn.angles, at) : turn.series[name];
   return {
     name,
     hue,
     label,
-    dash: [],
+    dash,
     marker: "",
     isPart: Boolean(at),
     motion,
@@ -77,7 +77,9 @@ function linesOf(names, place) {
   const hues = names.length === 2 ? PAIR : SEVERAL;
   const words = names.map((name) => name.split("_"));
   const distinct = (each) => each.filter((word) => !words.every((others) => others.includes(word))).join(" ");
-  return names.map((name, k) => ({ name, hue: hues[k], label: distinct(words[k]) }));
+  // Beyond the hues lines are dashed, the more the farther.
+  const dashOf = (k) => (k < hues.length ? [] : [8 / Math.floor(k / hues.length), 3]);
+  return names.map((name, k) => ({ name, hue: hues[k % hues.length], dash: dashOf(k), label: distinct(words[k]) }));
 }
 
 function clutchLines(motion, signal) {

@@ -46,7 +46,17 @@ export async function readModel() {
 }
 
 /** Values in the unit that the page shows. */
-const inShownUnit = (values, ratio) => (ratio ? values.map((one) => (one * ratio[0]) / ratio[1]) : values);
+const inShownUnit = (values, ratio) => (ratio ? values.map((one) => shown(one, ratio)) : values);
+
+/** A value in the unit that the page shows: ten digits where those are as near, as `explore.base.units.shown` has it. */
+export function shown(value, [multiplier, divisor]) {
+  const exact = (value * multiplier) / divisor;
+  const places = 9 - Math.floor(Math.log10(Math.abs(exact)));
+  if (!(Math.abs(places) <= 22)) return exact;
+  const [up, down] = [places, -places].map((digits) => Number(`1e${Math.max(digits, 0)}`)); // exact powers
+  const short = (Math.round((exact * up) / down) / up) * down;
+  return Math.abs(short - exact) <= 4 * 2 ** -53 * Math.abs(exact) ? short : exact;
+}
 
 /**
  * One column: base64, deflate, then bytes of the same weight put beside each other again, NaN where not defined.
