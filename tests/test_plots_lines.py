@@ -6,7 +6,7 @@ from studies import sweep_text
 
 import explore
 from explore.base.errors import RequestError
-from explore.figures.charts.parallel import opacity, parallel_chart, spread
+from explore.figures.charts.parallel import opacity, parallel_chart, spread, tick_texts
 from explore.figures.charts.ratio import ratio_chart
 from explore.figures.charts.style import save_figure
 
@@ -104,6 +104,20 @@ def test_a_sample_is_evenly_spaced_and_contains_both_ends():
     rows = spread(1_000_000, 300)
     assert (len(rows), rows[0], rows[-1]) == (300, 0, 999_999)
     assert set(np.diff(rows)) <= {3344, 3345}
+
+
+@pytest.mark.parametrize(
+    ("ticks", "texts"),
+    [
+        ([100.0002, 100.0004, 100.0006], ["100.0002", "100.0004", "100.0006"]),
+        ([-0.5, 0.0, 0.5], ["-0.5", "0", "0.5"]),
+        ([1234567.0, 1234568.0], ["1234567", "1234568"]),
+        ([0.0], ["0"]),
+        ([], []),
+    ],
+)
+def test_ticks_have_the_digits_that_tell_them_apart(ticks, texts):
+    assert tick_texts(ticks) == texts
 
 
 def test_the_heading_says_how_many_designs_are_sampled(sweep):

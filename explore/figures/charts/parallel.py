@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -171,6 +173,14 @@ def _paths(lines: FloatArray) -> list[FloatArray]:
     return [np.column_stack([places, line]) for line in lines]
 
 
+def tick_texts(ticks: Sequence[float]) -> list[str]:
+    """Evenly spaced ticks with six digits, or as many as tell them apart."""
+    size = max((abs(tick) for tick in ticks), default=0.0)
+    step = abs(ticks[1] - ticks[0]) if len(ticks) > 1 else size
+    digits = math.ceil(math.log10(size / step)) + 2 if step > 0.0 else 0
+    return [f"{tick:.{min(max(digits, 6), 15)}g}" for tick in ticks]
+
+
 def _draw_axis(panel: Axes, place: int, column: Column, ends: tuple[float, float], sense: str | None) -> None:
     """Draw a vertical axis with ticks, name, unit and, of an objective, its better side."""
     from matplotlib.ticker import MaxNLocator
@@ -178,10 +188,10 @@ def _draw_axis(panel: Axes, place: int, column: Column, ends: tuple[float, float
     low, high = ends
     panel.plot([place, place], [0.0, 1.0], color=INK, lw=1.2, zorder=3)
     ticks = [tick for tick in MaxNLocator(5).tick_values(low, high) if low <= tick <= high]
-    for tick in ticks:
+    for tick, text in zip(ticks, tick_texts(ticks), strict=True):
         height = (tick - low) / (high - low)
         panel.plot([place - 0.03, place], [height, height], color=INK, lw=1.2, zorder=3)
-        panel.text(place - 0.05, height, f"{tick:.6g}", ha="right", va="center", fontsize=9, zorder=5,
+        panel.text(place - 0.05, height, text, ha="right", va="center", fontsize=9, zorder=5,
                    bbox={"facecolor": "white", "alpha": 0.8, "lw": 0, "pad": 0.6})  # fmt: skip
     words = column.name.replace("_", "_\n", 1) if len(column.name) > 12 else column.name
     panel.text(place, -0.05, f"{words}\n[{unit_text(column.unit)}]{_BETTER[sense]}", ha="center", va="top", fontsize=10)
