@@ -14,6 +14,7 @@ from explore.figures.charts.turn import TURN
 from explore.figures.simulation import SimulatedDesign
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.mechanisms.rig.declaration import TEST_RIG
+from explore.mechanisms.slider_crank.declaration import SLIDER_CRANK
 from explore.model.drawing import Panel
 from explore.results.labels import unit_text
 from explore.running.motions import mark_angles, window_limits
@@ -168,6 +169,17 @@ def test_pin_forces_start_at_0_and_the_mean_torque_is_0():
     assert 0.5 * high < largest < 0.9 * high
     means = [line.get_label() for chart in figure.axes for line in chart.get_lines() if "mean" in line.get_label()]
     assert means == ["mean 0", "mean 0"]
+
+
+def test_a_mean_is_rounded_once():
+    """16.0554 N m, of which the curve tells five digits."""
+    design = {"crank": 50.0, "rod": 160.0, "offset": 20.0, "speed": 10.0, "opposing_force": 500.0, "mass": 3.0}
+    exact = explore.evaluate("slider-crank", design, metrics=["drive_torque_mean"], window="cycle")
+    assert exact["drive_torque_mean"].iloc[0] == pytest.approx(16.0554, abs=1e-4)
+    motion = explore.simulate("slider-crank", design, angles=TURN.densely(0.0))
+    figure = motion_figure(SimulatedDesign(SLIDER_CRANK, design, motion))
+    means = [line.get_label() for chart in figure.axes for line in chart.get_lines() if "mean" in line.get_label()]
+    assert means == ["mean 16.06", "mean 160.6"]
 
 
 def test_a_heading_breaks_its_lines_at_commas():

@@ -187,8 +187,11 @@ def _draw_mean(chart: Axes, angle: FloatArray, *curves: FloatArray) -> None:
         if math.isnan(mean):
             continue
         error = max(abs(mean - coarser), _ROUNDING * float(np.abs(values).max()), np.finfo(float).tiny)
-        mean = round(mean, math.floor(-math.log10(2.0 * error))) if abs(mean) > error else 0.0
-        chart.axhline(mean, color=MUTED, lw=1.2, ls="--", label=f"mean {mean:.4g}")
+        decimals = math.floor(-math.log10(2.0 * error))
+        shown = round(mean, decimals) if abs(mean) > error else 0.0
+        digits = decimals + 1 + math.floor(math.log10(abs(mean))) if shown else 0
+        text = f"{mean:.{min(digits, 4)}g}" if digits > 0 else f"{shown:g}"  # rounded once
+        chart.axhline(shown, color=MUTED, lw=1.2, ls="--", label=f"mean {text}")
 
 
 def _draw_output(chart: Axes, simulated: SimulatedDesign, signal: Signal, factor: float) -> None:
