@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from command_line import assert_refused, call, run
+from matplotlib.colors import to_hex
 from scipy.special import ndtr
 from scipy.stats import binomtest
 from stopping import interrupt
@@ -20,6 +21,7 @@ from explore.analysis.tolerancing.public import plan_tolerances
 from explore.analysis.tolerancing.runs import ToleranceRun
 from explore.base.errors import ConfigError, RequestError, ResultsError
 from explore.cli.commands.tolerance import _yield_lines
+from explore.figures.charts.style import RED
 from explore.results.store.all_designs_writer import AllDesignsWriter
 from explore.running.clusters import processors
 
@@ -392,8 +394,15 @@ def test_the_chart_marks_limits_and_shares(robustness):
     ]  # fmt: skip
     for bar in bars:
         assert sum(patch.get_width() for patch in bar.patches) == pytest.approx(100.0, rel=1e-12)
-    heights = [patch.get_height() for patch in histograms[0].patches]
-    assert sum(heights) == len(robustness.sample(number))
+    sample = robustness.sample(number)
+    assert sum(patch.get_height() for patch in histograms[0].patches) == len(sample)
+    for histogram, missed in (
+        (histograms[1], sample["transmission_angle_min"] < 40),
+        (histograms[3], sample["transmission_angle_max"] > 140),
+    ):
+        red = [patch.get_height() for patch in histogram.patches if to_hex(patch.get_facecolor()) == RED]
+        assert sum(red) == missed.sum()
+    assert 0 < missed.sum() < len(sample)
     with pytest.raises(RequestError, match="design -1 was not analysed"):
         charts.tolerance_chart(robustness, -1)
 

@@ -126,10 +126,12 @@ def _draw_histogram(
         panel.text(1.0, 1.0, f"{len(values) - len(defined):,} undefined", ha="right", va="top", fontsize=8,
                    color=style.MUTED, transform=panel.transAxes)  # fmt: skip
     counts, edges = np.histogram(defined, _N_BINS, _range_of(defined))
-    centres = (edges[1:] + edges[:-1]) / 2
     low, high = bounds.get("min"), bounds.get("max")
-    is_missed = (centres < (-math.inf if low is None else low)) | (centres > (math.inf if high is None else high))
-    panel.bar(centres, counts, np.diff(edges), color=np.where(is_missed, style.RED, style.SKY).tolist())
+    is_missed = (defined < (-math.inf if low is None else low)) | (defined > (math.inf if high is None else high))
+    missed, _ = np.histogram(defined[is_missed], edges)
+    places = {"x": (edges[1:] + edges[:-1]) / 2, "width": np.diff(edges)}
+    panel.bar(height=counts - missed, color=style.SKY, **places)
+    panel.bar(height=missed, bottom=counts - missed, color=style.RED, **places)
     panel.axvline(row["nominal"], color=style.INK, lw=1.0)
     for end in (row["low"], row["high"]):
         panel.axvline(end, color=style.INK, lw=1.0, ls=":")
