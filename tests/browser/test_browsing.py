@@ -145,6 +145,22 @@ def test_a_narrow_window_is_drawn_design_by_design(page, frame):
     page.wait_for_selector("#cloud .caption:has-text('drawn one by one; click one')")
 
 
+def test_rings_that_are_not_of_all_pareto_optimal_designs_are_told(page):
+    """A front of more designs than are asked for."""
+
+    def answer(route):
+        response = route.fetch()
+        route.fulfill(response=response, json={**response.json(), "found": 5000})
+
+    assert page.locator("#cloud .caption").text_content().endswith(" Rings are Pareto-optimal.")
+    page.route("**/rank*", answer)
+    page.reload()
+    wait_shown(page)
+    page.unroute("**/rank*")
+    text = page.locator("#cloud .caption").text_content()
+    assert text.endswith(" Rings are the best 23 of 5,000 Pareto-optimal designs.")
+
+
 def test_few_selected_designs_are_drawn_one_by_one_without_a_zoom(page, frame):
     page.wait_for_selector("#cloud .caption:has-text('darker where there are more')")
     page.fill("[aria-label='largest crank']", "100")

@@ -89,8 +89,9 @@ export function cloud(root, sources, conditions, choose, refresh) {
     context.restore();
     const shown = answers.reduce((sum, answer) => sum + answer.shown, 0);
     const how = !shown ? "" : points.some(Boolean) ? ", drawn one by one; click one" : "; darker where there are more; zoom in until they are drawn one by one";
-    const rings = fronts.some((front) => front.designs.length) ? ". Rings are Pareto-optimal." : ".";
-    caption.textContent = `${shown ? count(shown) : "No"} selected designs in this window${how}${rings}`;
+    const [drawn, found] = [fronts.reduce((sum, { designs }) => sum + designs.length, 0), fronts.reduce((sum, front) => sum + front.found, 0)];
+    const rings = !drawn ? "" : drawn < found ? ` Rings are the best ${count(drawn)} of ${count(found)} Pareto-optimal designs.` : " Rings are Pareto-optimal.";
+    caption.textContent = `${shown ? count(shown) : "No"} selected designs in this window${how}.${rings}`;
     canvas.setAttribute("aria-label", `density of ${view.y} over ${view.x}: ${caption.textContent}`);
   }
 
