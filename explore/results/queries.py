@@ -33,7 +33,7 @@ def numeric_column(results: Results, name: str, role: str | None = None) -> Colu
 def choose_design(results: Results, design: int | None, ranking: Ranking | None = None) -> int:
     """The number of the given design, which must be in the file, or of the best of the Pareto set when it is None."""
     if design is not None:
-        results.designs([design])
+        results.design(design)
         return design
     ranking = ranking or rank_source(results)
     if ranking.frame.empty:

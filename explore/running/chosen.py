@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from explore.base.counts import design_numbers
 from explore.base.errors import RequestError
-from explore.base.suggest import format_value
 from explore.model.request import Request
 from explore.results.ranking.rankings import rank_source
 from explore.results.ranking.reasons import nothing_ranked
@@ -33,13 +33,11 @@ def chosen_designs(results: Results, numbers: Sequence[int] | int | None = None)
 
 def check_numbers(numbers: Sequence[int] | int) -> npt.NDArray[np.int64]:
     """Numbers of designs, each named once."""
-    given = np.atleast_1d(np.asarray(numbers))
-    if given.ndim > 1 or (given.size and given.dtype.kind not in "iu"):
-        raise RequestError(f"designs: must be whole numbers, got {format_value(numbers)}")
+    given = np.atleast_1d(design_numbers(numbers))
     unique, counts = np.unique(given, return_counts=True)
     for number in unique[counts > 1]:
         raise RequestError(f"design {number} is named twice; name each design once")
-    return given.astype(np.int64)
+    return given
 
 
 def request_of(results: Results) -> Request:

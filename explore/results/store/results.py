@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from explore.base.counts import design_numbers
 from explore.base.errors import RequestError
 from explore.base.units.shown import Scale, ShownUnits, in_units, show_bounds
 from explore.model.columns import Column
@@ -200,8 +201,9 @@ class Results(RecordedStudy):
         return make_dataset(self._reader)
 
     def design(self, number: int) -> dict[str, Any]:
-        """One design: the value of each column by name; `ResultsError` if its block is damaged."""
-        rows = self._reader.rows_of(np.array([number]))
+        """One design: the value of each column by name; errors as of `designs`."""
+        one = design_numbers([number] if np.ndim(number) else number)
+        rows = self._reader.rows_of(one.reshape(1))
         arrays = self._reader.read_rows(self._layout.columns, rows)
         return {
             name: scale.show_all(values)[0].item()
@@ -223,12 +225,14 @@ class Results(RecordedStudy):
 
         Raises
         ------
+        RequestError
+            If a number is not whole.
         ResultsError
             If a design is not in the file, or its block does not have its checksum.
         """
         import pandas as pd  # 0.4 s, not needed by a sweep
 
-        unique, places = np.unique(np.asarray(numbers, dtype=np.int64), return_inverse=True)
+        unique, places = np.unique(design_numbers(numbers), return_inverse=True)
         rows = self._reader.rows_of(unique)
         arrays = self._reader.read_rows(self._layout.columns, rows)
         data = {name: values[places] for name, values in zip(self.scales, arrays, strict=True)}
