@@ -140,6 +140,37 @@ def test_convexity_tilt_and_ratios_are_those_of_dense_samples_from_both_sides(or
             assert least - 1e-4 * scale <= value <= least + 1e-12 * scale, name
 
 
+@pytest.mark.parametrize(
+    ("growth", "sector", "order"),
+    [
+        pytest.param(1.0449209757690749, 1.64558833989742, 3, id="two-dips-nearly-as-low"),
+        pytest.param(971645136.86374152, 0.0083212436321042881, 2, id="a-lower-dip-between-steps"),
+        pytest.param(2.6704805548523459e18, 4.5675819504279218, 2, id="terms-that-cancel"),
+    ],
+)
+def test_least_convexities_by_the_logarithm_of_the_ratio(growth, sector, order):
+    """i'^2 - i i'' is -i^2 (ln i)'', whose terms do not cancel however large the ratio is."""
+    names = ["convexity_driver", "convexity_driven", "ratio_start"]
+    design = {"growth": growth, "sector": sector, "return_order": order}
+    row = explore.evaluate("gears", design, metrics=names).iloc[0]
+    width, log_growth = TURN - sector, np.log(growth)
+    slope = np.polynomial.Polynomial([0.0, 1.0, -1.0]) ** order
+    slope = slope / slope.integ()(1.0)
+    step, bend = slope.integ(), slope.deriv()
+
+    def convexities(sigma):
+        ratio = row["ratio_start"] * np.exp(log_growth * (TURN * step(sigma) - sector - width * sigma))
+        rate = log_growth * (TURN * slope(sigma) / width - 1.0)
+        bent = TURN * log_growth * bend(sigma) / width**2
+        return 1.0 + ratio * (1.0 + rate**2 + bent), 1.0 + ratio - ratio**2 * bent
+
+    grid = np.linspace(0.0, 1.0, 10_001)
+    for k, values in enumerate(convexities(grid)):
+        middle = grid[np.argmin(values)]
+        near = np.clip(np.linspace(middle - 1e-4, middle + 1e-4, 20_001), 0.0, 1.0)
+        assert row[names[k]] == pytest.approx(convexities(near)[k].min(), rel=1e-9)
+
+
 def test_extremes_of_curvature_are_found_at_joints():
     """One-sided values: the largest curvature of gear 1 is just after the working sector, the sine at its lowest."""
     designs = random_designs(6, 50)

@@ -23,7 +23,7 @@ from explore.mechanisms.gears.columns import (
     START,
 )
 from explore.mechanisms.gears.law import ratio_at
-from explore.mechanisms.gears.smoothstep_law import steepness
+from explore.mechanisms.gears.smoothstep_law import smoothstep_bend, steepness
 from explore.mechanisms.golden import narrowed, sections
 
 # Quantities that `_least_in_return` searches: the convexities of both gears, and minus the tangent of the tilt.
@@ -31,7 +31,7 @@ _DRIVER, _DRIVEN, _TILT = range(3)
 
 #: Number of steps of the grid over the return sector.
 _GRID = 64
-#: Number of golden sections about the lowest angle of the grid.
+#: Number of golden sections about a lowest angle of the grid.
 _SECTIONS = 50
 
 
@@ -99,20 +99,35 @@ def _measure(constants, lane, angle, quantity):
     if quantity == _DRIVER:
         return 1.0 + ratio + acceleration
     if quantity == _DRIVEN:
-        return 1.0 + ratio + rate * rate - ratio * acceleration
+        # i'^2 - i i'' is -i^2 (ln i)'', whose terms do not cancel
+        beyond = angle - constants[SECTOR_ANGLE * LANES + lane]
+        return 1.0 + ratio - ratio * ratio * smoothstep_bend(constants, lane, beyond)
     return -abs(rate) / (1.0 + ratio)
 
 
 @subroutine()
 def _least_in_return(constants, lane, quantity):
-    """The least value of a quantity in the return sector of a log-smoothstep law: a grid, then golden sections."""
+    """The least value of a quantity in the return sector of a log-smoothstep law.
+
+    Golden sections about each lowest angle of a grid, since two dips may be nearly as low.
+    """
     sector = constants[SECTOR_ANGLE * LANES + lane]
     step = (2.0 * math.pi - sector) / _GRID
-    best, least = 0, math.inf
+    here = _measure(constants, lane, sector, quantity)
+    before, least = math.inf, here
     for j in range(_GRID + 1):
-        value = _measure(constants, lane, sector + j * step, quantity)
-        best, least = (j, value) if value < least else (best, least)
-    low, high = sector + max(best - 1, 0) * step, sector + min(best + 1, _GRID) * step
+        after = math.inf if j == _GRID else _measure(constants, lane, sector + (j + 1) * step, quantity)
+        if here <= before and here <= after:
+            low, high = sector + max(j - 1, 0) * step, sector + min(j + 1, _GRID) * step
+            least = min(least, here, _refined(constants, lane, low, high, quantity))
+        before, here = here, after
+    return least
+
+
+@subroutine()
+def _refined(constants, lane, low, high, quantity):
+    """The least value of a quantity on a short part of the return sector, by golden sections."""
+    least = math.inf
     for _ in range(_SECTIONS):
         left, right = sections(low, high)
         at_left, at_right = _measure(constants, lane, left, quantity), _measure(constants, lane, right, quantity)

@@ -86,6 +86,14 @@ def smoothstep_ratio(constants, lane, beyond):
 
 
 @subroutine()
+def smoothstep_bend(constants, lane, beyond):
+    """The second derivative of the ratio's logarithm at an angle beyond the end of the working sector."""
+    width = 2.0 * math.pi - constants[SECTOR_ANGLE * LANES + lane]
+    _, _, bend = _smoothstep(beyond / width, constants[ORDER * LANES + lane])
+    return 2.0 * math.pi * constants[LOG_GROWTH * LANES + lane] * bend / (width * width)
+
+
+@subroutine()
 def smoothstep_driven_angle(constants, lane, beyond):
     """The driven angle at an angle beyond the end of the working sector, rad."""
     log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
