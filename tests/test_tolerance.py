@@ -260,8 +260,27 @@ def test_a_spread_that_derivatives_do_not_explain_is_said(tmp_path):
     assert "derivatives do not tell" not in out.stdout
 
 
+def test_parts_that_miss_the_error_bound_are_said(tmp_path):
+    """A near-kite, which no constraint excludes: all of its parts fail, and so does the design."""
+    study = explore.Study(
+        mechanism="crank-rocker", metrics=["rocker_acceleration_std"], constraints={"swing_angle": {"min": 1.0}},
+        objectives=["rocker_acceleration_std"], tolerance=1e-12,
+        parameters={"crank": 100.0, "coupler": 1000.0, "rocker": 1000.001, "ground": 100.005},
+    )  # fmt: skip
+    explore.sweep(study, tmp_path / "kite.h5")
+    options = ("--design", "0", "--tolerance", "ground=0.0001", "--draws", "100")
+    lines = run("tolerance", "kite.h5", *options, cwd=tmp_path).stdout.splitlines()
+    assert lines[0].startswith("design 0: yield 0 %")
+    assert lines[1] == "of 100 parts drawn 100 miss the error bound"
+    assert "some parts within the tolerances miss the error bound" in lines
+    assert "or the error bound missed" in run("rank", "kite.h5", "--nearest", "1", cwd=tmp_path).stdout.replace(
+        "\n", " "
+    )
+
+
 def test_the_interval_of_a_yield_is_printed_from_low_to_high():
     row = {"parts": 100, "probability": 0.02, "low": 0.01, "high": 0.05, "missed_cv": 2, "not_assembled": 0}
+    row |= {"tolerance_not_met": 0, "box_tolerance_met": True}
     lines = _yield_lines(3, {**row, "method": "weighted", "box_assembled": True, "box_feasible": False})
     assert lines[0] == "design 3: yield 98 %, with 95 % confidence 95 to 99 %"
     assert lines[2] == "a part fails with probability 0.02 (0.01 to 0.05), by importance sampling"

@@ -145,6 +145,14 @@ def test_without_a_failure_there_is_still_an_upper_bound():
     assert found.high == pytest.approx(1 - 0.025 ** (1 / 1000), rel=1e-12)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_no_estimate_exceeds_1(seed):
+    """Where all parts fail, and too few were drawn: half of the weighted estimates would, by up to 0.1 %."""
+    random = np.random.default_rng(seed)
+    found = estimate_failure(lambda scores: np.ones(scores.shape[1], dtype=bool), 2, 100, 100, random)
+    assert 0.99 < found.low <= found.probability <= found.high <= 1.0
+
+
 @pytest.mark.parametrize(("failures", "count"), [(0, 50), (1, 50), (25, 50), (50, 50), (ENOUGH, 10**7)])
 def test_the_interval_of_a_share_is_exact(failures, count):
     """Clopper and Pearson's, as SciPy's own; both invert the same incomplete beta function by other code."""
@@ -208,6 +216,15 @@ def test_a_box_with_parts_that_do_not_move_has_no_worst_case():
     worst = find_worst_case(toleranced(["swing_angle"], dict.fromkeys(LENGTHS, 0.1)), design, 0)
     assert worst.has_unassembled
     assert np.isnan(worst.high["swing_angle"].value)
+
+
+def test_a_box_without_motion_has_no_worst_case():
+    """And no warning of infinities less infinities."""
+    design = {"crank": 100.0, "coupler": 150.0, "rocker": 120.0, "ground": 200.0}
+    worst = find_worst_case(toleranced(["swing_angle"], dict.fromkeys(LENGTHS, 0.1)), design, 0)
+    for side in (worst.low, worst.high):
+        assert np.isnan(side["swing_angle"].value)
+        assert not side["swing_angle"].is_corner
 
 
 def test_parts_are_counted_and_averaged_as_numpy_does():

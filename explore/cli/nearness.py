@@ -95,7 +95,8 @@ def _combination_lines(exclusions: Exclusions) -> list[str]:
 def _unmeasured_lines(exclusions: Exclusions) -> list[str]:
     count = exclusions.n_unmeasured
     verb = "has" if count == 1 else "have"
-    return [f"{count:,} {verb} no known distance: no motion, or a constrained metric is undefined"] if count else []
+    why = "no motion, a constrained metric undefined, or the error bound missed"
+    return [f"{count:,} {verb} no known distance: {why}"] if count else []
 
 
 def summarise_nearest(results: Results, *, with_unmeasured: bool = False) -> None:

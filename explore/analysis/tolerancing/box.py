@@ -42,11 +42,15 @@ class Extreme:
 
 @dataclass(frozen=True)
 class WorstCase:
-    """The extremes over the box, by metric, and whether parts with no motion or that miss a constraint were found."""
+    """The extremes over the box, by metric, and which kinds of parts were found.
+
+    Parts with no motion; parts that miss the error bound; and parts that are not feasible for any reason.
+    """
 
     low: Mapping[str, Extreme]
     high: Mapping[str, Extreme]
     has_unassembled: bool
+    has_inexact: bool
     has_infeasible: bool
 
 
@@ -65,7 +69,7 @@ def find_worst_case(request: TolerancedRequest, nominal: Mapping[str, float], se
     search.look_at(np.concatenate([np.zeros((d, 1)), inside], axis=1))
     for k in range(_N_ROUNDS):
         search.look_at(search.next_points(random, 0.5**k))
-    return WorstCase(*search.extremes(), search.has_unassembled, search.has_infeasible)
+    return WorstCase(*search.extremes(), search.has_unassembled, search.has_inexact, search.has_infeasible)
 
 
 def searched_parts(request: TolerancedRequest) -> int:
@@ -91,12 +95,13 @@ class _Search:
         self._at = np.zeros((2, len(self._names), len(self._widths)))
         self._value = np.full((2, len(self._names)), -np.inf)
         self._undefined: dict[str, FloatArray] = {}
-        self.has_unassembled = self.has_infeasible = False
+        self.has_unassembled = self.has_inexact = self.has_infeasible = False
 
     def look_at(self, places: FloatArray) -> bool:
         """Evaluate points, (d, n), and take over those that are more extreme; return whether there are any."""
         found = self._request.outcomes(self._nominal, self._widths[:, None] * places)
         self.has_unassembled |= not found.is_assembled.all()
+        self.has_inexact |= bool(found.is_inexact.any())
         self.has_infeasible |= not found.is_feasible.all()
         before = self._value.copy()
         self._include(places, found.metrics)
@@ -138,13 +143,11 @@ class _Search:
         for side, sign in enumerate((-1.0, 1.0)):
             extremes = {}
             for m, name in enumerate(self._names):
-                with np.errstate(invalid="ignore"):  # infinite where a metric is undefined at all points
-                    is_corner = self._value[side, m] - self._corner_value[side, m] <= _SAME * ranges[m]
-                at, value = self._at[side, m], self._value[side, m]
-                if is_corner:
-                    at, value = self._corner_at[side, m], self._corner_value[side, m]
+                at, value, is_corner = self._at[side, m], self._value[side, m], False
                 if name in self._undefined:
-                    at, value, is_corner = self._undefined[name], np.nan, False
-                extremes[name] = Extreme(sign * float(value), self._widths * at, bool(is_corner))
+                    at, value = self._undefined[name], np.nan
+                elif value - self._corner_value[side, m] <= _SAME * ranges[m]:
+                    at, value, is_corner = self._corner_at[side, m], self._corner_value[side, m], True
+                extremes[name] = Extreme(sign * float(value), self._widths * at, is_corner)
             sides.append(extremes)
         return sides[0], sides[1]

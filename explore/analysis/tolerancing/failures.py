@@ -162,7 +162,8 @@ def _sample_around(fails: Fails, points: FloatArray, random: np.random.Generator
     weights = np.exp(-logsumexp(logs, b=shares, axis=1))
     if weights.max() > _LARGEST_SHARE * weights.sum():
         return None
-    probability = float(weights.sum() / N_WEIGHTED)
+    # where all parts fail, the estimate may exceed 1
+    probability = min(float(weights.sum() / N_WEIGHTED), 1.0)
     variance = float((weights**2).sum() / N_WEIGHTED - probability**2) / N_WEIGHTED
     # Of the logarithm, because the estimate is a sum of positive weights with a long tail.
     reach = np.exp(ndtri(0.5 + CONFIDENCE / 2.0) * np.sqrt(variance) / probability)

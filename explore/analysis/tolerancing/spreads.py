@@ -66,11 +66,16 @@ class Spread:
 
 @dataclass(frozen=True)
 class PartCounts:
-    """Numbers of parts of one design: all, moving, feasible, and missing each constraint; spreads of moving ones."""
+    """Numbers of parts of one design, and spreads of moving ones.
+
+    All parts, those that move, those that are feasible, and those that move and miss the error bound, or each
+    constraint.
+    """
 
     count: int = 0
     assembled: int = 0
     feasible: int = 0
+    inexact: int = 0
     missed: Mapping[str, int] = field(default_factory=dict)
     spreads: Mapping[str, Spread] = field(default_factory=dict)
 
@@ -97,17 +102,19 @@ def _count_chunk(
     found = request.outcomes(nominal, chunk_deviations(request, seed, number, count))
     missed = {name: int(np.count_nonzero(missed)) for name, missed in found.is_missed.items()}
     spreads = {name: Spread.of(values) for name, values in found.metrics.items()}
-    assembled, feasible = (int(np.count_nonzero(which)) for which in (found.is_assembled, found.is_feasible))
-    return PartCounts(count, assembled, feasible, missed, spreads)
+    counted = (found.is_assembled, found.is_feasible, found.is_inexact)
+    assembled, feasible, inexact = (int(np.count_nonzero(which)) for which in counted)
+    return PartCounts(count, assembled, feasible, inexact, missed, spreads)
 
 
 def merge_counts(pieces: Iterable[PartCounts]) -> PartCounts:
     """The parts of all pieces; the last digits of the sums depend on their order."""
-    count = assembled = feasible = 0
+    count = assembled = feasible = inexact = 0
     missed: Counter[str] = Counter()
     spreads: dict[str, Spread] = {}
     for piece in pieces:
         count, assembled, feasible = count + piece.count, assembled + piece.assembled, feasible + piece.feasible
+        inexact += piece.inexact
         missed.update(piece.missed)
         spreads = {name: spreads.get(name, Spread()).merged(spread) for name, spread in piece.spreads.items()}
-    return PartCounts(count, assembled, feasible, dict(missed), spreads)
+    return PartCounts(count, assembled, feasible, inexact, dict(missed), spreads)

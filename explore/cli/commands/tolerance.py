@@ -202,6 +202,7 @@ def _yield_lines(design: int, row: Mapping[str, Any]) -> list[str]:
     counts = {name.removeprefix("missed_"): n for name, n in row.items() if name.startswith("missed_")}
     reasons = [f"{count:,} miss {name}" for name, count in counts.items() if count]
     reasons += [f"{row['not_assembled']:,} do not move"] if row["not_assembled"] else []
+    reasons += [f"{row['tolerance_not_met']:,} miss the error bound"] if row["tolerance_not_met"] else []
     lines.append(f"of {parts:,} parts drawn {', '.join(reasons) or 'none fails'}")
     if row["method"] == "weighted":
         lines.append(
@@ -209,6 +210,8 @@ def _yield_lines(design: int, row: Mapping[str, Any]) -> list[str]:
         )
     if not row["box_assembled"]:
         return [*lines, "some parts within the tolerances do not move"]
+    if not row["box_tolerance_met"]:
+        return [*lines, "some parts within the tolerances miss the error bound"]
     if not row["box_feasible"]:
         return [*lines, "some parts within the tolerances miss a constraint"]
     return [*lines, "no part within the tolerances was found that fails"]

@@ -21,7 +21,8 @@ class Exclusions:
     """Counts of the designs that miss constraints, as far as is known.
 
     `combinations` has numbers of designs by the constraints that they miss, as metrics, none for those that miss none.
-    `n_unmeasured` designs have no known distance from feasible: no motion, or a constrained metric that is undefined.
+    `n_unmeasured` designs have no known distance from feasible: no motion, a constrained metric that is undefined, or
+    an error bound that is missed.
     `n_partly_known` of those in `combinations` were screened before all constraints could be checked: they may miss
     more.
     """

@@ -39,7 +39,8 @@ def find_margins(columns: Arrays, metrics: Sequence[str], limits: Sequence[Limit
 def is_measured(status: npt.NDArray[np.int8] | None, margins: Mapping[str, FloatArray]) -> npt.NDArray[np.bool_]:
     """Whether the distance of each design from feasible is known, at least in part, (n,).
 
-    It is not where the design has no motion, or where a constrained metric is undefined though it was computed.
+    It is not where the design has no motion or misses the error bound, or where a constrained metric is undefined
+    though it was computed.
     """
     undefined = np.logical_or.reduce([np.isnan(margin) for margin in margins.values()])
     if status is None:
