@@ -101,7 +101,7 @@ def test_robust_metrics(robustness):
 def test_columns_say_to_which_side_robust_values_are(folder, robustness):
     columns = {column.name: column.long_name for column in explore.open_results(folder / "robust.h5").columns}
     for name, side in (("cv", "plus"), ("swing_angle", "minus")):
-        words = f"mean of {name} over the parts that move {side} three standard deviations"
+        words = f"mean of {name} over the parts that have it {side} three standard deviations"
         assert columns[f"{name}_robust"] == words
 
 
@@ -276,6 +276,24 @@ def test_parts_that_miss_the_error_bound_are_said(tmp_path):
     assert "or the error bound missed" in run("rank", "kite.h5", "--nearest", "1", cwd=tmp_path).stdout.replace(
         "\n", " "
     )
+
+
+def test_parts_without_a_metric_are_said(tmp_path):
+    """A root is undefined where a swing is below its limit; mean and robust value are of the other parts."""
+    study = explore.Study(
+        mechanism="crank-rocker", metrics=["root"], objectives=["root:max"],
+        parameters={"crank": [50.0, 49.99], "coupler": 940.62, "rocker": 211.79, "ground": 869.44},
+        formulas={"root": {"formula": "sqrt(swing_angle - 30.5)", "unit": "1"}},
+    )  # fmt: skip
+    results = explore.sweep(study, tmp_path / "root.h5")
+    table = explore.tolerance(results, {"crank": 0.1}, [0], draws=1000)
+    n_undefined = int(table.sample(0)["root"].isna().sum())
+    assert 0 < n_undefined == table.metrics["undefined"].iloc[0] < 1000
+    options = ("tolerance", "root.h5", "--tolerance", "crank=0.1", "--draws", "1000")
+    said = run(*options, "--design", "0", cwd=tmp_path).stdout
+    assert said.endswith(f"\n{n_undefined} parts that move have no root: mean and std are of the others\n")
+    said = run(*options, "--design", "0", "--design", "1", cwd=tmp_path).stdout
+    assert said.endswith("root is undefined in parts of 2 designs that move: mean and std are of the others\n")
 
 
 def test_the_interval_of_a_yield_is_printed_from_low_to_high():

@@ -46,14 +46,14 @@ class Robustness:
         One row for each design, under its number, with the columns of the results and: ``yield``, the probability that
         a part moves and meets all constraints, with its 95 % interval ``yield_low`` to ``yield_high``;
         ``failure_probability``, 1 less the yield with all its digits; ``assembled``, the share of the parts that move;
-        and for each metric with a better side ``NAME_robust``, the mean of the parts that move and three standard
+        and for each metric with a better side ``NAME_robust``, the mean of the parts that have it and three standard
         deviations to the worse side, and ``NAME_worst``, the worst value over the box of the tolerances, undefined
         where some part of the box does not move. ``attrs`` as of `Results.to_pandas`, with the yield and the robust
         metrics for objectives, so that `explore.rank` gives the yield front.
     metrics
-        Index (design, metric): ``nominal``; ``mean`` and ``std`` of the parts that move, ``std_first_order``; ``low``
-        and ``high``, the extremes over the box, and whether each is at a corner, ``low_is_corner`` and
-        ``high_is_corner``: elsewhere it was found by a search.
+        Index (design, metric): ``nominal``; ``mean`` and ``std`` of the parts that have it, and the number of those
+        that move without it, ``undefined``; ``std_first_order``; ``low`` and ``high``, the extremes over the box, and
+        whether each is at a corner, ``low_is_corner`` and ``high_is_corner``: elsewhere it was found by a search.
     derivatives
         Index (design, metric, parameter): ``derivative`` in units of the metric over that of the parameter, an estimate
         of its absolute ``error``, and ``share`` of the variance to first order.
@@ -163,7 +163,7 @@ class TolerancePlan:
         ]
         for name, sense in self.run.request.senses.items():
             sign = "plus" if sense == "min" else "minus"
-            text = f"mean of {name} over the parts that move {sign} three standard deviations"
+            text = f"mean of {name} over the parts that have it {sign} three standard deviations"
             columns.append(Column(f"{name}_robust", units[name], text, "metric"))
             columns.append(
                 Column(f"{name}_worst", units[name], f"worst {name} over the box of the tolerances", "metric")
@@ -264,6 +264,7 @@ def _metric_row(request: TolerancedRequest, analysis: Analysis, name: str) -> di
     return {
         "mean": spread.mean if spread.count else np.nan,
         "std": spread.std,
+        "undefined": analysis.parts.assembled - spread.count,
         "std_first_order": float(np.sqrt((slopes**2).sum())),
         "low": worst.low[name].value,
         "high": worst.high[name].value,

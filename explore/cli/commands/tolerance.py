@@ -175,6 +175,9 @@ def _print_design(robustness: Robustness, scales: Mapping[str, Scale]) -> None:
     if unexplained := [name for name, row in metrics.items() if _is_unexplained(row)]:
         reason = "because of a fold, bend or jump within the tolerances"
         say(f"derivatives do not tell the std of {', '.join(unexplained)}, {reason}", data=True)
+    for name, row in metrics.items():
+        if row["undefined"]:
+            say(f"{row['undefined']:,} parts that move have no {name}: mean and std are of the others", data=True)
 
 
 def _is_unexplained(row: Mapping[str, Any]) -> bool:
@@ -242,6 +245,10 @@ def _print_front(robustness: Robustness, front: pd.Index, source: Results) -> No
     # what a linkage is built from stays longest
     droppable = [*speed, *reversed(objectives[2:]), "failure_probability", *objectives[1:2], *reversed(built)]
     print_table(title, headings, rows, caption, droppable=droppable, hint="--json prints all")
+    undefined = robustness.metrics["undefined"].groupby("metric", sort=False).agg(lambda counts: (counts > 0).sum())
+    for name in undefined.index[undefined > 0]:
+        count = count_of(int(undefined[name]), "design")
+        say(f"{name} is undefined in parts of {count} that move: mean and std are of the others", data=True)
 
 
 def _parameters(source: Results) -> list[str]:
