@@ -12,8 +12,8 @@ from scipy.stats import binomtest, chi2
 from explore.analysis.tolerancing.box import find_worst_case
 from explore.analysis.tolerancing.derivatives import contributions, differentiate
 from explore.analysis.tolerancing.failures import ENOUGH, estimate_failure, find_failures, share_of
-from explore.analysis.tolerancing.outcomes import TolerancedRequest
-from explore.analysis.tolerancing.spreads import CHUNK, chunk_deviations, count_parts, merge_counts
+from explore.analysis.tolerancing.outcomes import Outcomes, TolerancedRequest
+from explore.analysis.tolerancing.spreads import CHUNK, Spread, chunk_deviations, count_parts, merge_counts
 from explore.evaluation.evaluate import evaluate_columns
 from explore.studies.config.linkage import Linkage
 from explore.studies.request.names import find_mechanism
@@ -225,6 +225,32 @@ def test_a_box_without_motion_has_no_worst_case():
     for side in (worst.low, worst.high):
         assert np.isnan(side["swing_angle"].value)
         assert not side["swing_angle"].is_corner
+
+
+class Bowl:
+    """Parts with a metric that is least in the middle of the box and infinite at a corner, and an infinite one."""
+
+    tolerances, widths, metrics = ("x", "y"), np.ones(2), ("bowl", "endless")
+
+    def outcomes(self, _nominal, deviations):
+        bowl = np.where((deviations == 1.0).all(axis=0), np.inf, (deviations**2).sum(axis=0))
+        moves, endless = np.ones(len(bowl), dtype=bool), np.full(len(bowl), np.inf)
+        return Outcomes({"bowl": bowl, "endless": endless}, moves, moves, ~moves, {})
+
+
+def test_an_infinite_extreme_does_not_hide_the_other_one():
+    """As of a buckling factor, infinite without compression; and nothing warns."""
+    worst = find_worst_case(Bowl(), {}, 0)
+    assert (worst.low["bowl"].value, worst.low["bowl"].is_corner) == (0.0, False)
+    for extreme in (worst.high["bowl"], worst.low["endless"], worst.high["endless"]):
+        assert (extreme.value, extreme.is_corner) == (np.inf, True)
+
+
+def test_a_spread_of_infinite_values_has_an_infinite_mean_and_no_deviation():
+    spread = Spread.of(np.array([1.0, np.inf])).merged(Spread.of(np.array([2.0, 3.0])))
+    assert spread.high == np.inf
+    assert np.isnan(spread.std)
+    assert not Spread.of(np.array([1e200])).merged(Spread.of(np.array([-1e200]))).std < np.inf  # no OverflowError
 
 
 def test_parts_are_counted_and_averaged_as_numpy_does():

@@ -138,16 +138,19 @@ class _Search:
 
     def extremes(self) -> tuple[dict[str, Extreme], dict[str, Extreme]]:
         """The smallest and the largest values, by metric."""
-        ranges = np.abs(self._value[0] + self._value[1])
+        with np.errstate(invalid="ignore"):
+            ranges = np.abs(self._value[0] + self._value[1])
+        ranges[~np.isfinite(ranges)] = 0.0  # of infinite values, as of a buckling factor without compression
         sides = []
         for side, sign in enumerate((-1.0, 1.0)):
             extremes = {}
             for m, name in enumerate(self._names):
-                at, value, is_corner = self._at[side, m], self._value[side, m], False
+                at, value, is_corner = self._at[side, m], float(self._value[side, m]), False
+                corner = float(self._corner_value[side, m])
                 if name in self._undefined:
                     at, value = self._undefined[name], np.nan
-                elif value - self._corner_value[side, m] <= _SAME * ranges[m]:
-                    at, value, is_corner = self._corner_at[side, m], self._corner_value[side, m], True
-                extremes[name] = Extreme(sign * float(value), self._widths * at, is_corner)
+                elif value == corner or value - corner <= _SAME * ranges[m]:
+                    at, value, is_corner = self._corner_at[side, m], corner, True
+                extremes[name] = Extreme(sign * value, self._widths * at, is_corner)
             sides.append(extremes)
         return sides[0], sides[1]

@@ -39,9 +39,10 @@ class Spread:
         if not len(values):
             return cls()
         mean = float(values.mean())
-        distances = values - mean
-        # not a product of matrices, whose threads would compete with the other workers
-        squares = float(np.einsum("i,i", distances, distances))
+        with np.errstate(invalid="ignore", over="ignore"):  # of infinite values, and of ratios of 1e200
+            distances = values - mean
+            # not a product of matrices, whose threads would compete with the other workers
+            squares = float(np.einsum("i,i", distances, distances))
         return cls(len(values), mean, squares, float(values.min()), float(values.max()))
 
     def merged(self, other: Spread) -> Spread:
@@ -51,7 +52,7 @@ class Spread:
             return self
         step = other.mean - self.mean
         mean = self.mean + step * (other.count / count)
-        squares = self.squares + other.squares + step**2 * (self.count * other.count / count)
+        squares = self.squares + other.squares + step * step * (self.count * other.count / count)
         return Spread(count, mean, squares, min(self.low, other.low), max(self.high, other.high))
 
     @property
