@@ -8,6 +8,7 @@ import explore
 from explore.base.errors import RequestError
 from explore.figures.charts.cells import cell_axes, cell_rectangles
 from explore.figures.charts.map import map_chart
+from explore.figures.charts.pareto import pareto_chart
 from explore.figures.charts.reasons import reason_columns, reason_masks
 
 GRID = """mechanism = "crank-rocker"
@@ -49,6 +50,29 @@ def test_a_cell_is_darker_the_nearer_its_designs_are_to_feasible(grid):
             expected = 0.3 / (1.0 + cell["violation"].min() / 0.2) if known else 0.0
             assert shades[j, i] == pytest.approx(expected, rel=1e-14)
     assert len(set(shades.ravel().tolist())) > 3
+
+
+def test_feasible_designs_without_a_value_are_told(tmp_path):
+    """Rods that are never compressed have an infinite buckling factor: these designs are feasible."""
+    rig = """mechanism = "test-rig"
+    [parameters]
+    crank = 5
+    coupler = 460
+    rocker = [590, 600]
+    ground = 751
+    constant_torque = [-25e3, 25e3]
+    allowed_stress = 100
+    [evaluate]
+    metrics = ["buckling_factor", "rod_diameter"]
+    [rank]
+    metrics = ["buckling_factor:max", "rod_diameter"]
+    """
+    results = sweep_text(tmp_path, rig, "rig")
+    assert "4 feasible (2 without buckling_factor) of 4 designs" in map_chart(results).get_suptitle().replace("\n", " ")
+    assert "2 Pareto-optimal of 4 feasible of 4 designs" in pareto_chart(results).get_suptitle().replace("\n", " ")
+    tension = sweep_text(tmp_path, rig.replace(", 25e3]", ", -20e3]"), "tension")
+    texts = [text.get_text() for text in map_chart(tension).axes[0].texts]
+    assert texts == ["no feasible design has a value"]
 
 
 @pytest.mark.parametrize(("metric", "aggregate"), [("cv", "min"), ("swing_angle", "max"), ("time_ratio", "mean")])

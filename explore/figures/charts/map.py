@@ -88,14 +88,17 @@ def map_chart(
     senses = {o.metric: o.sense for o in (*ranking.objectives, ranking.order_by)}
     sense = senses.get(shown.name) or results.senses.get(shown.name)
     values = frame[shown.name].to_numpy(float)
-    usable = frame["feasible"].to_numpy(bool) & np.isfinite(values)
+    feasible = frame["feasible"].to_numpy(bool)
+    usable = feasible & np.isfinite(values)
 
     figure = new_figure(9.0, 7.0)
     panel = figure.subplots()
-    _draw_values(figure, panel, axes, aggregate_cells(*axes, values, usable, sense), shown)
+    _draw_values(
+        figure, panel, axes, aggregate_cells(*axes, values, usable, sense), shown, any_feasible=bool(feasible.any())
+    )
     handles: list[Artist] = [*_hatch_infeasible(panel, axes, reason_masks(results, frame), frame)]
     title = "hatched: no feasible design, mostly because of (darker: nearer to feasible)" if handles else None
-    _shade_infeasible(panel, axes, violations(results, frame), frame["feasible"].to_numpy(bool))
+    _shade_infeasible(panel, axes, violations(results, frame), feasible)
     if design is not None or not ranking.frame.empty:
         handles.append(_mark_design(panel, results, names, choose_design(results, design, ranking)))
     panel.set_xlabel(axis_label(numeric_column(results, names[0])))
@@ -134,14 +137,16 @@ def _choose_parameters(results: Results, swept: list[str], x: str | None, y: str
 
 
 def _draw_values(
-    figure: Figure, panel: Axes, axes: tuple[CellAxis, CellAxis], values: FloatArray, shown: Column
-) -> None:
+    figure: Figure, panel: Axes, axes: tuple[CellAxis, CellAxis], values: FloatArray, shown: Column, *,
+    any_feasible: bool,
+) -> None:  # fmt: skip
     """Draw values in colours; the lowest and the highest percent have the colours of the ends of the scale."""
     finite = values[np.isfinite(values)]
     panel.set_xlim(axes[0].edges[0], axes[0].edges[-1])
     panel.set_ylim(axes[1].edges[0], axes[1].edges[-1])
     if len(finite) == 0:
-        panel.text(0.5, 0.5, "no feasible design", ha="center", color=INK, transform=panel.transAxes, zorder=5,
+        text = "no feasible design has a value" if any_feasible else "no feasible design"
+        panel.text(0.5, 0.5, text, ha="center", color=INK, transform=panel.transAxes, zorder=5,
                    bbox={"facecolor": "white", "edgecolor": MUTED})  # fmt: skip
         return
     low, high = np.quantile(finite, [0.01, 0.99], method="nearest")

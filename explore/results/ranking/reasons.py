@@ -16,7 +16,7 @@ def left_out(tally: Tally, sentences: Mapping[str, str], *, with_missed: bool = 
         *(f"{count:,} miss the constraint on {name}" for name, count in missed if with_missed),
         *(f"{count:,} in which {name}, a constraint, is undefined" for name, count in undefined),
         *(f"{count:,} {label}: {sentences.get(label, '')}" for label, count in tally.by_status.most_common()),
-        *([f"{tally.n_not_finite:,} in which an objective is undefined"] if tally.n_not_finite else []),
+        *([f"{tally.n_not_finite:,} in which an objective is undefined or infinite"] if tally.n_not_finite else []),
     ]
 
 
