@@ -294,6 +294,15 @@ def cranks(constraints):
     return explore.Study(mechanism="crank-rocker", parameters={**links, "crank": crank}, constraints=constraints)
 
 
+def test_a_sweep_without_objectives_and_feasible_designs_is_returned(tmp_path):
+    """With the reasons in a warning, as with objectives."""
+    links = {"crank": 100, "coupler": 150, "rocker": 120, "ground": 200}
+    study = explore.Study(mechanism="crank-rocker", parameters=links, metrics=["time_ratio"])
+    with pytest.warns(explore.NothingFeasibleWarning, match="left out: 1 crank_blocked"):
+        results = explore.sweep(study, tmp_path / "blocked.h5")
+    assert results.is_complete
+
+
 def test_sweep_and_rank_say_why_nothing_is_feasible(tmp_path):
     path = tmp_path / "none.h5"
     begins = re.escape(f"no design of {path} is feasible, so there is nothing to rank; ")

@@ -24,7 +24,7 @@ from explore.mechanisms.registry import MECHANISMS
 from explore.model.columns import Arrays
 from explore.model.progress import ReportProgress
 from explore.model.request import Request
-from explore.results.ranking.rankings import RankRequest, rank_source
+from explore.results.ranking.rankings import RankRequest, rank_source, rankable_names
 from explore.results.ranking.reasons import warning_of_nothing
 from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
@@ -114,7 +114,8 @@ def sweep(
         warnings.warn(FailedBlocksWarning(summary.failures), stacklevel=2)
     results = open_results(path)
     if summary.n_computed and not summary.n_feasible and not summary.n_resumed:
-        ranking = rank_source(results, RankRequest())
+        any_order = None if results.objectives else f"{rankable_names(results)[0]}:min"
+        ranking = rank_source(results, RankRequest(any_order))
         if reason := warning_of_nothing(ranking, path, results.status_sentences):
             warnings.warn(reason, NothingFeasibleWarning, stacklevel=2)
     return results
