@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from command_line import assert_refused, call, run
+from linkage_cases import CASES
 from matplotlib.colors import to_hex
 from scipy.special import ndtr
 from scipy.stats import binomtest
@@ -278,6 +279,17 @@ def test_parts_that_miss_the_error_bound_are_said(tmp_path):
     )
 
 
+def test_parts_without_values_are_said_by_their_status(tmp_path):
+    """A press whose ram turns back twice or four times: parts move, but have no two strokes."""
+    table = CASES["toggle-press"]["table"].replace("c = 150", "c = 136.25")
+    results = sweep_text(tmp_path, f'mechanism = "linkage"\n{table}[evaluate]\nmetrics = ["time_ratio"]\n', "press")
+    failures = explore.tolerance(results, {"c": 0.5}, [0], draws=200).failures.iloc[0]
+    assert 0 < failures["not_assembled"] < 200
+    assert failures["statuses"] == {"no_strokes": failures["not_assembled"]}
+    said = run("tolerance", "press.h5", "--design", "0", "--tolerance", "c=0.5", "--draws", "200", cwd=tmp_path).stdout
+    assert f"of 200 parts drawn {failures['not_assembled']} have the status no_strokes\n" in said
+
+
 def test_parts_without_a_metric_are_said(tmp_path):
     """A root is undefined where a swing is below its limit; mean and robust value are of the other parts."""
     study = explore.Study(
@@ -298,7 +310,7 @@ def test_parts_without_a_metric_are_said(tmp_path):
 
 def test_the_interval_of_a_yield_is_printed_from_low_to_high():
     row = {"parts": 100, "probability": 0.02, "low": 0.01, "high": 0.05, "missed_cv": 2, "not_assembled": 0}
-    row |= {"tolerance_not_met": 0, "box_tolerance_met": True}
+    row |= {"statuses": {}, "box_tolerance_met": True}
     lines = _yield_lines(3, {**row, "method": "weighted", "box_assembled": True, "box_feasible": False})
     assert lines[0] == "design 3: yield 98 %, with 95 % confidence 95 to 99 %"
     assert lines[2] == "a part fails with probability 0.02 (0.01 to 0.05), by importance sampling"

@@ -235,7 +235,7 @@ class Bowl:
     def outcomes(self, _nominal, deviations):
         bowl = np.where((deviations == 1.0).all(axis=0), np.inf, (deviations**2).sum(axis=0))
         moves, endless = np.ones(len(bowl), dtype=bool), np.full(len(bowl), np.inf)
-        return Outcomes({"bowl": bowl, "endless": endless}, moves, moves, ~moves, {})
+        return Outcomes({"bowl": bowl, "endless": endless}, moves, moves, moves.astype(np.int8), {})
 
 
 def test_an_infinite_extreme_does_not_hide_the_other_one():

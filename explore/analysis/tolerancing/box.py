@@ -14,6 +14,7 @@ import numpy as np
 from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.model.columns import Arrays
 from explore.model.quantities import FloatArray
+from explore.model.status import Status
 
 #: Number of points drawn inside the box.
 _N_INSIDE = 2048
@@ -101,7 +102,7 @@ class _Search:
         """Evaluate points, (d, n), and take over those that are more extreme; return whether there are any."""
         found = self._request.outcomes(self._nominal, self._widths[:, None] * places)
         self.has_unassembled |= not found.is_assembled.all()
-        self.has_inexact |= bool(found.is_inexact.any())
+        self.has_inexact |= bool((found.status == Status.TOLERANCE_NOT_MET).any())
         self.has_infeasible |= not found.is_feasible.all()
         before = self._value.copy()
         self._include(places, found.metrics)

@@ -59,14 +59,14 @@ def _evaluate(request: Request, columns: Arrays, count: int) -> Arrays:
 class Outcomes:
     """Metrics of n parts, NaN where a part has no motion or the metric is undefined.
 
-    Which parts move, so that metrics are computed; which of them meet the error bound and all constraints too; which of
-    them miss the error bound, and which each constraint, by its metric.
+    The status of each; which parts move, so that metrics are computed; which of them meet the error bound and all
+    constraints too; and which of them miss each constraint, by its metric.
     """
 
     metrics: Arrays
     is_assembled: BoolArray
     is_feasible: BoolArray
-    is_inexact: BoolArray
+    status: npt.NDArray[np.int8]
     is_missed: Mapping[str, BoolArray]
 
 
@@ -135,12 +135,11 @@ class TolerancedRequest:
         found = _evaluate(self.request, columns, count)
         status = found["status"]
         is_ok = status == Status.OK
-        is_inexact = status == Status.TOLERANCE_NOT_MET
-        is_assembled = is_ok | is_inexact
+        is_assembled = is_ok | (status == Status.TOLERANCE_NOT_MET)
         values = {name: found[name] for name in self.metrics}
         if not is_assembled.all():
             values = {name: np.where(is_assembled, column, np.nan) for name, column in values.items()}
         is_met = {c.metric.name: margin(c, values[c.metric.name]) >= 0.0 for c in self.constraints}
         is_feasible = np.logical_and.reduce([is_ok, *is_met.values()])
         is_missed = {name: is_assembled & ~met for name, met in is_met.items()}
-        return Outcomes(values, is_assembled, is_feasible, is_inexact, is_missed)
+        return Outcomes(values, is_assembled, is_feasible, status, is_missed)

@@ -59,9 +59,10 @@ class Robustness:
         of its absolute ``error``, and ``share`` of the variance to first order.
     failures
         Index design: ``probability``, ``low``, ``high`` (95 %), ``method``, "draws" or "weighted", number of ``parts``
-        that were drawn, those ``not_assembled``, and those that move and miss the error bound, ``tolerance_not_met``,
-        or each constraint, ``missed_NAME``; ``box_assembled``, ``box_tolerance_met`` and ``box_feasible``: whether all
-        points of the box that were looked at move, meet the error bound where they do, and are feasible.
+        that were drawn, those ``not_assembled``, those that move and miss each constraint, ``missed_NAME``, and those
+        of each status but ok, ``statuses``, a mapping from its label; ``box_assembled``, ``box_tolerance_met`` and
+        ``box_feasible``: whether all points of the box that were looked at move, meet the error bound where they do,
+        and are feasible.
     tolerances
         Those of the parameters.
     draws, seed
@@ -286,10 +287,11 @@ def _failure_row(analysis: Analysis) -> dict[str, object]:
     failure, parts, worst = analysis.failure, analysis.parts, analysis.worst_case
     row: dict[str, object] = {
         "probability": failure.probability, "low": failure.low, "high": failure.high, "method": failure.method,
-        "parts": parts.count, "not_assembled": parts.count - parts.assembled, "tolerance_not_met": parts.inexact,
+        "parts": parts.count, "not_assembled": parts.count - parts.assembled,
     }  # fmt: skip
     row |= {f"missed_{name}": count for name, count in parts.missed.items()}
     return row | {
+        "statuses": dict(parts.statuses),
         "box_assembled": not worst.has_unassembled,
         "box_tolerance_met": not worst.has_inexact,
         "box_feasible": not worst.has_infeasible,

@@ -14,6 +14,7 @@ import numpy as np
 
 from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.model.quantities import FloatArray
+from explore.model.status import Status
 
 #: Number of parts that are drawn and evaluated together, that of the designs of a block of a sweep.
 CHUNK = 1 << 16
@@ -69,15 +70,15 @@ class Spread:
 class PartCounts:
     """Numbers of parts of one design, and spreads of moving ones.
 
-    All parts, those that move, those that are feasible, and those that move and miss the error bound, or each
-    constraint.
+    All parts, those that move, those that are feasible, those that move and miss each constraint, and those of each
+    status but `OK`, by its label.
     """
 
     count: int = 0
     assembled: int = 0
     feasible: int = 0
-    inexact: int = 0
     missed: Mapping[str, int] = field(default_factory=dict)
+    statuses: Mapping[str, int] = field(default_factory=dict)
     spreads: Mapping[str, Spread] = field(default_factory=dict)
 
 
@@ -103,19 +104,22 @@ def _count_chunk(
     found = request.outcomes(nominal, chunk_deviations(request, seed, number, count))
     missed = {name: int(np.count_nonzero(missed)) for name, missed in found.is_missed.items()}
     spreads = {name: Spread.of(values) for name, values in found.metrics.items()}
-    counted = (found.is_assembled, found.is_feasible, found.is_inexact)
-    assembled, feasible, inexact = (int(np.count_nonzero(which)) for which in counted)
-    return PartCounts(count, assembled, feasible, inexact, missed, spreads)
+    assembled, feasible = (int(np.count_nonzero(which)) for which in (found.is_assembled, found.is_feasible))
+    codes, counts = np.unique(found.status[found.status != Status.OK], return_counts=True)
+    labels = request.request.mechanism.status_labels
+    statuses = {labels[int(code)]: int(n) for code, n in zip(codes, counts, strict=True)}
+    return PartCounts(count, assembled, feasible, missed, statuses, spreads)
 
 
 def merge_counts(pieces: Iterable[PartCounts]) -> PartCounts:
     """The parts of all pieces; the last digits of the sums depend on their order."""
-    count = assembled = feasible = inexact = 0
+    count = assembled = feasible = 0
     missed: Counter[str] = Counter()
+    statuses: Counter[str] = Counter()
     spreads: dict[str, Spread] = {}
     for piece in pieces:
         count, assembled, feasible = count + piece.count, assembled + piece.assembled, feasible + piece.feasible
-        inexact += piece.inexact
         missed.update(piece.missed)
+        statuses.update(piece.statuses)
         spreads = {name: spreads.get(name, Spread()).merged(spread) for name, spread in piece.spreads.items()}
-    return PartCounts(count, assembled, feasible, inexact, dict(missed), spreads)
+    return PartCounts(count, assembled, feasible, dict(missed), dict(statuses), spreads)

@@ -199,20 +199,22 @@ def _width(plus_minus: float, scale: Scale) -> str:
 
 def _yield_lines(design: int, row: Mapping[str, Any]) -> list[str]:
     """The yield, how the failures were counted, and what the box of the tolerances holds."""
+    from explore.model.status import Status
+
     parts, probability, low, high = row["parts"], row["probability"], row["low"], row["high"]
     interval = f"{100 * (1 - high):.8g} to {100 * (1 - low):.8g} %"
     lines = [f"design {design}: yield {100 * (1 - probability):.8g} %, with 95 % confidence {interval}"]
     counts = {name.removeprefix("missed_"): n for name, n in row.items() if name.startswith("missed_")}
     reasons = [f"{count:,} miss {name}" for name, count in counts.items() if count]
-    reasons += [f"{row['not_assembled']:,} do not move"] if row["not_assembled"] else []
-    reasons += [f"{row['tolerance_not_met']:,} miss the error bound"] if row["tolerance_not_met"] else []
+    words = {Status.TOLERANCE_NOT_MET.label: "miss the error bound"}
+    reasons += [f"{count:,} {words.get(label, f'have the status {label}')}" for label, count in row["statuses"].items()]
     lines.append(f"of {parts:,} parts drawn {', '.join(reasons) or 'none fails'}")
     if row["method"] == "weighted":
         lines.append(
             f"a part fails with probability {probability:.3g} ({low:.3g} to {high:.3g}), by importance sampling"
         )
     if not row["box_assembled"]:
-        return [*lines, "some parts within the tolerances do not move"]
+        return [*lines, "some parts within the tolerances have no values"]
     if not row["box_tolerance_met"]:
         return [*lines, "some parts within the tolerances miss the error bound"]
     if not row["box_feasible"]:
