@@ -301,6 +301,11 @@ def test_a_sweep_without_objectives_and_feasible_designs_is_returned(tmp_path):
     with pytest.warns(explore.NothingFeasibleWarning, match="left out: 1 crank_blocked"):
         results = explore.sweep(study, tmp_path / "blocked.h5")
     assert results.is_complete
+    for ask in (lambda: explore.tolerance(results, {"crank": 0.1}), lambda: explore.charts.motion_chart(results)):
+        with pytest.raises(
+            explore.RequestError, match=r"has no objective, so no design is the best: choose one with .design"
+        ):
+            ask()
 
 
 def test_sweep_and_rank_say_why_nothing_is_feasible(tmp_path):

@@ -35,6 +35,8 @@ def choose_design(results: Results, design: int | None, ranking: Ranking | None 
     if design is not None:
         results.design(design)
         return design
+    if ranking is None and not results.objectives:
+        raise RequestError(f"{results.path} has no objective, so no design is the best: choose one with `design`")
     ranking = ranking or rank_source(results)
     if ranking.frame.empty:
         raise RequestError(f"{nothing_ranked(ranking, results.path)}, so none is the best: choose one with `design`")

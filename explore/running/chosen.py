@@ -25,6 +25,8 @@ def chosen_designs(results: Results, numbers: Sequence[int] | int | None = None)
     """All columns of designs by number, in the given order, or of the Pareto set in the objectives of the study."""
     if numbers is not None:
         return results.designs(check_numbers(numbers))
+    if not results.objectives:
+        raise RequestError(f"{results.path} has no objective, so no design is the best: choose one with `design`")
     ranking = rank_source(results)
     if ranking.frame.empty:
         raise RequestError(f"{nothing_ranked(ranking, results.path)}, so none is the best: choose one with `design`")
