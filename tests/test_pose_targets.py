@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import mpmath
 import numpy as np
 import pytest
 from synthesis_cases import least_ordered
@@ -188,3 +189,48 @@ def test_the_error_of_poses_that_are_met_bounds_their_rounding():
     assert met["error"] < 1e-12
     assert max(met["position_error_max"], met["pose_error_rms"]) < met["error"] * size
     assert met["angle_error_max"] < met["error"] * np.degrees(1.0)
+
+
+def exact_body(angle):
+    """Place and angle of a body in the numbers of mpmath; see `motion_of`."""
+    pin = 100 * mpmath.expj(angle)
+    diagonal = 420 - pin
+    length = abs(diagonal)
+    turned = mpmath.arg(diagonal) + mpmath.acos((mpmath.mpf(400) ** 2 + length**2 - 350**2) / (800 * length))
+    return pin + mpmath.expj(turned) * mpmath.mpc(200, 120), turned
+
+
+def exact_errors(pose, start, lever):
+    """Distance and error of the angle at the crank angle near a start where both together are least, and this angle."""
+    x, y, angle = map(mpmath.mpf, pose)
+
+    def gaps(crank):
+        place, turned = exact_body(crank)
+        return abs(place - mpmath.mpc(x, y)), turned - mpmath.radians(angle)
+
+    def slope(crank):
+        return mpmath.diff(lambda at: gaps(at)[0] ** 2 + (lever * gaps(at)[1]) ** 2, crank)
+
+    crank = mpmath.findroot(slope, start, tol=1e-20)
+    return *gaps(crank), crank
+
+
+@pytest.mark.parametrize("noise", [0.01, 0.3, 8.0])
+def test_largest_errors_of_poses_have_the_digits_that_the_error_says(noise):
+    """They are not stationary at the best crank angle, so that this is needed to its last digit."""
+    rng, angles = np.random.default_rng(5), np.radians([20.0, 100.0, 190.0, 260.0])
+    with mpmath.workdps(30):
+        bodies = [exact_body(angle) for angle in angles]
+        poses = np.array([[place.real, place.imag, mpmath.degrees(turned)] for place, turned in bodies], dtype=float)
+        poses += noise * rng.standard_normal(poses.shape)
+        gaps, turns, cranks = zip(*map(exact_errors, poses, angles, [150.0] * 4), strict=True)
+        truth = [max(gaps), mpmath.degrees(max(map(abs, turns))), mpmath.degrees(cranks[-1] - cranks[0])]
+    design = {"crank": 100, "coupler": 400, "rocker": 350, "ground": 420, "M_along": 200, "M_across": 120}
+    frame = explore.evaluate(
+        "crank-rocker", design, points=["M"], target={"kind": "poses", "poses": poses.tolist(), "lever": 150},
+        metrics=["position_error_max", "angle_error_max", "pose_crank_span"],
+    )  # fmt: skip
+    met = frame.iloc[0]
+    assert met["error"] < 1e-12
+    for name, true, scale in zip(frame.columns[6:9], truth, (500.0, np.degrees(1.0), 360.0), strict=True):
+        assert abs(met[name] - float(true)) <= met["error"] * scale, name

@@ -74,13 +74,9 @@ class Certificate:
         return self._statistic(metric) if isinstance(metric, SampledMetric) else self._derived(metric)
 
     def _needs_no_motion(self, metric: DerivedMetric) -> bool:
-        """Whether the metric exists though the status is not ok.
-
-        It is of places that need no full turn; or it follows from closed forms that need no strokes, which are all that
-        the motion lacks.
-        """
-        if isinstance(metric.formula.function, TargetMeasure):
-            return not metric.formula.needs_turn
+        """Whether the metric exists though the status is not ok: it needs no full turn, or only strokes are lacking."""
+        if isinstance(metric.formula.function, TargetMeasure) and not metric.formula.needs_turn:
+            return True
         own = self._mechanism.statuses.get(self.status)
         return own is not None and own.lacks_strokes and not metric.sampled and not needs_stroke(metric)
 

@@ -5,7 +5,8 @@ the points from the whole curve, and that is not above the sum at any crank angl
 places that are nearest to the points are in order themselves.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from itertools import pairwise
@@ -23,29 +24,34 @@ from explore.analysis.certifying.subdivision import least_between, over_cell
 from explore.mechanisms.targets.measures import TargetMeasure
 from explore.mechanisms.targets.path_errors.metrics import measure_paths
 from explore.model.drawing import PLACE
-from explore.model.quantities import AnyMetric, DerivedMetric, Formula
+from explore.model.quantities import AnyMetric, DerivedMetric, Formula, Parameter
 from explore.model.target_kinds import STARTS
 from explore.model.targets import FunctionTarget, PathTarget
 
 #: Name in sentences of what is searched for its least value.
 _NAME = "the distance from the path"
+#: Sentence of what is not proved where the best angles in order are no nearest places.
+_AGAINST_ORDER = "the path cannot be certified: the order keeps points from where the curve is nearest"
+#: Least difference of sums that is none of rounding, relative.
+_APART = 1e-9
 #: Longest step from a crank angle in doubles to the best one, rad.
 _NEAR = 1e-6
 #: Half-width of the widest cell in which a nearest place is shown to be the only one, rad.
 _WIDE = 2.0**-4
-#: Least half-width of a cell whose series are kept, rad: the doubles of its middle and width tell larger ones apart.
-_KEPT = 2.0**-30
+#: Half-width of the narrowest one, rad.
+_NARROW = 2.0**-30
 
 Numbers = Mapping[str, float | fmpq]
 #: A point in the frame of the linkage, mm.
 Point = tuple[arb, arb]
 
 
-def is_searched(metric: AnyMetric) -> bool:
+def is_searched(metric: AnyMetric | Parameter) -> bool:
     """Whether the turn is searched for each point of a target, which takes tenths of a second."""
     function = metric.formula.function if isinstance(metric, DerivedMetric) else None
     target = function.target if isinstance(function, TargetMeasure) else None
-    return isinstance(target, PathTarget) and target.angles_from != "frame"
+    is_path = isinstance(target, PathTarget) and target.angles_from != "frame"
+    return is_path or (isinstance(metric, DerivedMetric) and any(map(is_searched, metric.inputs)))
 
 
 class TargetErrors:
@@ -81,7 +87,8 @@ class TargetErrors:
             turns = (error / (2 * arb.pi()) + arb(0.5)).floor().unique_fmpz()
             if turns is None:
                 raise UndecidedError
-            squares.append((error - 2 * arb.pi() * int(turns)) ** 2)
+            error = error - 2 * arb.pi() * int(turns)
+            squares.append(error * error)
         return squares
 
     def _of_path(self, formula: Formula, measure: TargetMeasure) -> tuple[arb | None, arb]:
@@ -120,12 +127,11 @@ class _Curve:
     """The curve of a point, of which series over cells are kept: all points have the same first cells."""
 
     function: Function
-    kept: dict[tuple[float, float], Any] = field(default_factory=dict)
+    kept: dict[Hashable, Any] = field(default_factory=dict)
 
     def over(self, middle: arb, half: arb) -> Any:
-        key = float(middle), float(half)
-        if key[1] < _KEPT:
-            return self.function.pairs_over(middle, half)
+        """The coordinates as power series about the middle of a cell, and about all of its angles."""
+        key = tuple(part.man_exp() for ball in (middle, half) for part in (ball.mid(), ball.rad()))
         if key not in self.kept:
             self.kept[key] = self.function.pairs_over(middle, half)
         return self.kept[key]
@@ -201,19 +207,26 @@ class _Path:
         if len(self.points) < 3:
             return None  # either sense of the crank has this order
         first, last = (_only_least(self._singles[k], self._best[k]) for k in (0, -1))
-        return abs(last - first)
+        # one point between them tells the sense of the crank
+        for k in range(1, len(self.points) - 1):
+            with suppress(UnprovedError):
+                between = _only_least(self._singles[k], self._best[k])
+                if (first < between and between < last) or (first > between and between > last):
+                    return abs(last - first)
+        return None
 
     def _squares_at(self, angles: Sequence[arb]) -> list[arb]:
         places = [self.curve.function.at(angle) for angle in angles]
-        return [(x - px) ** 2 + (y - py) ** 2 for (x, y), (px, py) in zip(places, self.points, strict=True)]
+        gaps = [(x - px, y - py) for (x, y), (px, py) in zip(places, self.points, strict=True)]
+        return [x * x + y * y for x, y in gaps]
 
     @cached_property
     def _best(self) -> list[arb]:
         """Crank angles in order, each near where the curve is nearest to its point."""
         best = [_improved(*each) for each in zip(self._singles, self.angles, strict=True)]
         ascending = best if self.angles[-1] >= self.angles[0] else best[::-1]
-        if not (all(a < b for a, b in pairwise(ascending)) and ascending[-1] - ascending[0] < 2 * arb.pi()):
-            raise UnprovedError("the path cannot be certified: the order keeps points from where the curve is nearest")
+        if not (all(a <= b for a, b in pairwise(ascending)) and ascending[-1] - ascending[0] <= 2 * arb.pi()):
+            raise UnprovedError(_AGAINST_ORDER)
         return best
 
     @cached_property
@@ -221,9 +234,11 @@ class _Path:
         """The squared distances of points at the best crank angles in order."""
         high = self._squares_at(self._best)
         low = [_least(single).nonnegative_part() for single in self._singles]
-        # No square is further above its least than all of them, over its weight.
-        above = sum((w * (b - a) for w, a, b in zip(self.weights, low, high, strict=True)), arb(0)).abs_upper()
-        return [a.union(a + above / w) for a, w in zip(low, self.weights, strict=True)]
+        excess = sum((w * (b - a) for w, a, b in zip(self.weights, low, high, strict=True)), arb(0))
+        if excess > _APART * sum(high, arb(0)):
+            raise UnprovedError(_AGAINST_ORDER)
+        # no square is further above its least than all of them, over its weight
+        return [a.union(a + excess.abs_upper() / w) for a, w in zip(low, self.weights, strict=True)]
 
 
 def _placed(target: PathTarget, parameters: Numbers) -> list[Point]:
@@ -243,7 +258,7 @@ def _least(squares: _Squares) -> arb:
 def _only_least(squares: _Squares, angle: arb) -> arb:
     """The angle near a given one where a sum is least in the turn; `UnprovedError` if it may be another one."""
     angle, half = _improved(squares, angle), arb(_WIDE)
-    while half > _KEPT:
+    while half > _NARROW:
         bend = over_cell(squares.series_over(angle, half)[0], half)[2]
         value, slope, *_ = squares.series(angle)[0]
         place = angle - slope / bend if bend > 0 else None

@@ -7,8 +7,6 @@ from explore.base.subroutines import subroutine
 SHARE = 1.6e-15 / DISTURBANCE
 #: Rounding of the few operations between a curve and an error, relative to what they are done on.
 ROUNDING = 1e-15
-#: Least second derivative of half the square of a distance by the crank angle, over the square of the speed.
-LEAST_BEND = 1e-3
 
 
 @subroutine()

@@ -14,3 +14,8 @@ CURVE = function_type(CURVE_SIGNATURE)
 CURVE_SIZE = 12
 
 TURN = 2.0 * math.pi
+
+#: Least second derivative of half a sum of squares by the crank angle in Newton's steps, over that of its linear part.
+LEAST_BEND = 1e-3
+#: Longest step that is taken whatever sums say, whose changes may be rounding, rad.
+SURE_STEP = 1e-6

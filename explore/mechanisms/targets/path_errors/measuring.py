@@ -17,7 +17,7 @@ from explore.mechanisms.targets.path_errors.arcs import (
     fill_distances,
     make_arcs,
 )
-from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
+from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, LEAST_BEND, TURN
 from explore.mechanisms.targets.path_errors.ordering import (
     IntArray,
     Search,
@@ -28,7 +28,7 @@ from explore.mechanisms.targets.path_errors.ordering import (
 )
 from explore.mechanisms.targets.path_errors.polishing import Room, make_room, polish
 from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, place_of
-from explore.mechanisms.targets.rounding import LEAST_BEND, ROUNDING, SHARE, curve_nearby, disturb
+from explore.mechanisms.targets.rounding import ROUNDING, SHARE, curve_nearby, disturb
 from explore.model.quantities import FloatArray
 
 # Measures of a design: weighted rms distance, largest distance, and the turn of the crank, rad; the bounds of their
@@ -77,45 +77,50 @@ def make_place(size):
 
 
 @subroutine()
-def _round_at(curve, shape, x, y, angle, far, place):
-    """What rounding moves the distance of a point by; half the slope of its square; half the bend, never near 0.
+def _round_at(curve, shape, x, y, angle, pose, place):
+    """What rounding moves the distance of a point by, and the slope of half its square; then this slope and its bend.
 
-    Points are moved by the rounding of a distance `far`.
+    The place of the point follows from the pose of the linkage.
     """
     out, near, cosine, sine = place.out, place.near, math.cos(angle), math.sin(angle)
     curve(shape, cosine, sine, out)
     curve_nearby(curve, place.disturbed, angle, cosine, sine, near)
-    dx, dy, size = out[0] - x, out[1] - y, math.hypot(out[0], out[1]) + math.hypot(x, y) + far
-    square = out[2] * out[2] + out[3] * out[3]
-    bend = max(square + dx * out[4] + dy * out[5], LEAST_BEND * square)
-    change = (near[0] - x) * near[2] + (near[1] - y) * near[3] - dx * out[2] - dy * out[3]
+    dx, dy, own = out[0] - x, out[1] - y, math.hypot(x, y)
+    size = math.hypot(out[0], out[1]) + own * (1.0 + abs(math.radians(pose[2]))) + math.hypot(pose[0], pose[1])
+    square, slope = out[2] * out[2] + out[3] * out[3], dx * out[2] + dy * out[3]
+    change = (near[0] - x) * near[2] + (near[1] - y) * near[3] - slope
     rounding = SHARE * math.hypot(near[0] - out[0], near[1] - out[1]) + ROUNDING * size
-    return rounding, SHARE * abs(change) + ROUNDING * size * math.sqrt(square), bend
+    return rounding, SHARE * abs(change) + rounding * math.sqrt(square), slope, square + dx * out[4] + dy * out[5]
 
 
 @subroutine()
-def measure(curve, shape, points, weights, angles, given, far, place, measures):
+def measure(curve, shape, points, weights, angles, given, pose, place, measures):
     """Fill the distances of points at crank angles and their roundings.
 
     What tells the angles is `given`; rounding moves them, and both ends of the span, unless they are fixed.
     """
     disturb(shape, place.disturbed)
-    total, weight, largest, roundings, size, span = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    slopes, bends, most, fastest, n = 0.0, _TINY, 0.0, 0.0, len(points)
+    total, weight, largest, roundings, size, span, widest = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, TURN
+    changes, bends, most, fastest, n = 0.0, _TINY, 0.0, 0.0, len(points)
     for i in range(n):
         x, y, w, out = points[i, 0], points[i, 1], weights[i], place.out
-        rounding, slope, bend = _round_at(curve, shape, x, y, angles[i], far, place)
+        rounding, change, slope, bend = _round_at(curve, shape, x, y, angles[i], pose, place)
         dx, dy, speed = out[0] - x, out[1] - y, math.hypot(out[2], out[3])
-        square, move = dx * dx + dy * dy, min(slope / (bend + _TINY), TURN)
+        square = dx * dx + dy * dy
+        # of a block of points not each has a bend
+        move = min(change / (bend if bend > 0.0 else LEAST_BEND * speed * speed + _TINY), TURN)
         total, weight, largest = total + w * square, weight + w, max(largest, square)
         roundings, size = roundings + w * rounding * rounding, max(size, math.hypot(out[0], out[1]), math.hypot(x, y))
-        slopes, bends, fastest = slopes + w * slope, bends + w * bend, max(fastest, speed)
-        most = max(most, rounding + (move * speed if given == EACH else 0.0))
-        span += move if i == 0 or i == n - 1 else 0.0
-    measures[RMS], measures[LARGEST], measures[SIZE] = math.sqrt(total / weight), math.sqrt(largest), size + far
+        changes, bends, fastest = changes + w * change, bends + w * bend, max(fastest, speed)
+        # the distance changes by its slope, and by that of what rounding moves it by
+        steepness = min(speed, (abs(slope) + 1.5 * change) / (math.sqrt(square) + _TINY))
+        most = max(most, rounding + (move * steepness if given == EACH else 0.0))
+        span, widest = span + (move if i == 0 or i == n - 1 else 0.0), max(widest, abs(angles[i]))
+    measures[RMS], measures[LARGEST] = math.sqrt(total / weight), math.sqrt(largest)
+    measures[SIZE] = size + math.hypot(pose[0], pose[1])
     measures[RMS_ROUNDING] = math.sqrt(roundings / weight)
-    measures[LARGEST_ROUNDING] = most + (fastest * slopes / bends if given == TOGETHER else 0.0)
-    measures[SPAN_ROUNDING] = (span if given == EACH else 0.0) + ROUNDING * TURN
+    measures[LARGEST_ROUNDING] = most + (fastest * min(changes / bends, TURN) if given == TOGETHER else 0.0)
+    measures[SPAN_ROUNDING] = (span if given == EACH else 0.0) + ROUNDING * widest
 
 
 class _Buffers(NamedTuple):
@@ -220,7 +225,7 @@ def measure_ordered(curve, designs, points, weights, is_closed, measures, angles
         shape, pose = designs[k, :size], designs[k, size:]
         place_points(points, pose, placed)
         sense = _order_points(curve, shape, placed, weights, buffers, own)
-        measure(curve, shape, placed, weights, own, EACH, math.hypot(pose[0], pose[1]), place, measures[k])
+        measure(curve, shape, placed, weights, own, EACH, pose, place, measures[k])
         measures[k, SPAN] = TURN if is_closed else sense * (own[m - 1] - own[0])
         if is_closed:
             measures[k, SPAN_ROUNDING] = ROUNDING * TURN

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, LEAST_BEND, SURE_STEP, TURN
 from explore.mechanisms.targets.path_errors.ordering import IntArray
 from explore.model.quantities import FloatArray
 
@@ -84,18 +84,16 @@ def _move(curve, shape, angle, weight, x, y, out):
         slope = dx * out[2] + dy * out[3]
         square = out[2] * out[2] + out[3] * out[3] + _TINY
         bend = square + dx * out[4] + dy * out[5]
-        step = -slope / (bend if bend > 0.1 * square else square)
+        step = -slope / (bend if bend > LEAST_BEND * square else square)
         step = min(max(step, -_STEP), _STEP)
         if abs(step) <= _SHORT:
             return angle + step, True
         near_cosine, near_sine = _turn(cosine, sine, step)
         found = _excess(curve, shape, near_cosine, near_sine, weight, x, y, out)
-        while found > cost and abs(step) > _SHORT:
+        while found > cost and abs(step) > SURE_STEP:
             step *= 0.25
             near_cosine, near_sine = _turn(cosine, sine, step)
             found = _excess(curve, shape, near_cosine, near_sine, weight, x, y, out)
-        if found > cost:
-            return angle, True  # rounding
         angle, cosine, sine, cost = angle + step, near_cosine, near_sine, found
     return angle, False
 

@@ -7,7 +7,7 @@ from numba import types
 
 from explore.base.compiling import compiled
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
+from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, LEAST_BEND, SURE_STEP, TURN
 from explore.mechanisms.targets.path_errors.measuring import (
     FIXED,
     POSE_SIZE,
@@ -52,14 +52,12 @@ def _improve(curve, shape, points, weights, given, shift, out, slopes):
     """The least sum near a shift, and where it is."""
     least = _sum_at(curve, shape, points, weights, given, shift, out, slopes)
     for _ in range(_MOST_STEPS):
-        step = -slopes[0] / (slopes[1] if slopes[1] > 0.1 * slopes[2] else slopes[2])
+        step = -slopes[0] / (slopes[1] if slopes[1] > LEAST_BEND * slopes[2] else slopes[2])
         step = min(max(step, -TURN / _N_SHIFTS), TURN / _N_SHIFTS)
         found = _sum_at(curve, shape, points, weights, given, shift + step, out, slopes)
-        while found > least and abs(step) > _SHORT:
+        while found > least and abs(step) > SURE_STEP:
             step *= 0.25
             found = _sum_at(curve, shape, points, weights, given, shift + step, out, slopes)
-        if found > least:
-            break  # rounding
         shift, least = shift + step, found
         if abs(step) <= _SHORT:
             break
@@ -132,5 +130,5 @@ def measure_timed(curve, designs, points, weights, given, is_free, measures, ang
             shift = _best_shift(curve, shape, placed, weights, given, rays, corners, out, slopes, sums)
         for i in range(m):
             angles[k, i] = given[i] + shift
-        measure(curve, shape, placed, weights, angles[k], given_by, math.hypot(pose[0], pose[1]), place, measures[k])
+        measure(curve, shape, placed, weights, angles[k], given_by, pose, place, measures[k])
         measures[k, SPAN] = given.max() - given.min()

@@ -9,7 +9,7 @@ from numba import types
 from explore.base.compiling import compiled
 from explore.base.lanes.disturbance import DISTURBANCE
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, TURN
+from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, LEAST_BEND, TURN
 from explore.mechanisms.targets.path_errors.measuring import place_points
 from explore.mechanisms.targets.path_errors.ordering import (
     IntArray,
@@ -22,7 +22,7 @@ from explore.mechanisms.targets.path_errors.ordering import (
 from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, place_of
 from explore.mechanisms.targets.pose_errors.link import ANGLE, ANGLE_1, LINK_SIZE, X_1, Y_1, X, Y, fill_link, wrap
 from explore.mechanisms.targets.pose_errors.polishing import polish_each, polish_in_order, sum_of_squares
-from explore.mechanisms.targets.rounding import LEAST_BEND, ROUNDING, SHARE, disturb
+from explore.mechanisms.targets.rounding import ROUNDING, SHARE, disturb
 from explore.model.quantities import FloatArray
 
 # Measures of a design: largest distance, largest error of the angle, rad, the root mean square of distances and angles
@@ -158,8 +158,8 @@ def make_nearby(size):
 
 
 @subroutine()
-def _measure(curve, shape, poses, lever, angles, far, buffers, nearby, measures):
-    """Fill the errors of poses at crank angles and their roundings; points are moved by that of a distance `far`."""
+def _measure(curve, shape, poses, lever, angles, pose, buffers, nearby, measures):
+    """Fill the errors of poses at crank angles and their roundings; the places follow from the pose of the linkage."""
     link, near, order, slopes = buffers.link, nearby.link, buffers.search.forwards, buffers.slopes
     measures[:] = 0.0
     for i in range(len(poses)):
@@ -167,20 +167,22 @@ def _measure(curve, shape, poses, lever, angles, far, buffers, nearby, measures)
         total = sum_of_squares(link, poses, lever, order, i, i + 1, slopes)
         fill_link(curve, nearby.disturbed, angles[i] * (1.0 + DISTURBANCE), nearby.out, near)
         sum_of_squares(near, poses, lever, order, i, i + 1, nearby.slopes)
-        own = max(math.hypot(link[X], link[Y]), math.hypot(poses[i, 0], poses[i, 1])) + far
-        place = SHARE * math.hypot(near[X] - link[X], near[Y] - link[Y]) + ROUNDING * own
-        turn = SHARE * abs(wrap(near[ANGLE] - link[ANGLE])) + ROUNDING * TURN
+        own, ground = math.hypot(poses[i, 0], poses[i, 1]), abs(math.radians(pose[2]))
+        size = max(math.hypot(link[X], link[Y]), own) + math.hypot(pose[0], pose[1])
+        place = SHARE * math.hypot(near[X] - link[X], near[Y] - link[Y]) + ROUNDING * (size + ground * own)
+        turned = TURN + ground + abs(math.radians(pose[3])) + abs(poses[i, 2])
+        turn = SHARE * abs(wrap(near[ANGLE] - link[ANGLE])) + ROUNDING * turned
         root = place * place + lever * lever * turn * turn
-        # the angle is where the slope is 0, and moves with it
-        slope = SHARE * abs(nearby.slopes[0] - slopes[0]) + math.sqrt(root * slopes[2])
-        move = min(slope / max(slopes[1], LEAST_BEND * slopes[2]), TURN)
+        # the angle is where the slope is 0, and moves with it; of a block of poses not each has a bend
+        change = SHARE * abs(nearby.slopes[0] - slopes[0]) + math.sqrt(root * slopes[2])
+        move = min(change / (slopes[1] if slopes[1] > 0.0 else LEAST_BEND * slopes[2]), TURN)
         measures[PLACE] = max(measures[PLACE], math.hypot(link[X] - poses[i, 0], link[Y] - poses[i, 1]))
         measures[TURNED] = max(measures[TURNED], abs(wrap(link[ANGLE] - poses[i, 2])))
         measures[RMS], measures[RMS_ROUNDING] = measures[RMS] + total, measures[RMS_ROUNDING] + root
         place, turn = place + move * math.hypot(link[X_1], link[Y_1]), turn + move * abs(link[ANGLE_1])
         measures[PLACE_ROUNDING] = max(measures[PLACE_ROUNDING], place)
         measures[TURNED_ROUNDING] = max(measures[TURNED_ROUNDING], turn)
-        measures[SIZE] = max(measures[SIZE], own)
+        measures[SIZE] = max(measures[SIZE], size)
         measures[SPAN_ROUNDING] = max(measures[SPAN_ROUNDING], 2.0 * move + ROUNDING * TURN)
     measures[RMS] = math.sqrt(measures[RMS] / len(poses))
     measures[RMS_ROUNDING] = math.sqrt(measures[RMS_ROUNDING] / len(poses))
@@ -207,5 +209,5 @@ def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
         _place_poses(poses, pose, placed)
         _find_angles(curve, shape, placed, lever, is_ordered, buffers, own)
         disturb(shape, near.disturbed)
-        _measure(curve, shape, placed, lever, own, math.hypot(pose[0], pose[1]), buffers, near, measures[k])
+        _measure(curve, shape, placed, lever, own, pose, buffers, near, measures[k])
         measures[k, SPAN] = own.max() - own.min()

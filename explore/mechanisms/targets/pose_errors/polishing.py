@@ -7,7 +7,7 @@ that would pass the one before is joined with it (pooling of adjacent violators)
 import math
 
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import TURN
+from explore.mechanisms.targets.path_errors.curve import LEAST_BEND, SURE_STEP, TURN
 from explore.mechanisms.targets.path_errors.polishing import rotate
 from explore.mechanisms.targets.pose_errors.link import (
     ANGLE,
@@ -58,17 +58,15 @@ def _move(curve, shape, poses, lever, order, first, stop, angle, buffers):
     least = sum_of_squares(buffers.link, poses, lever, order, first, stop, buffers.slopes)
     for _ in range(_MOST_STEPS):
         slope, bend, speed = buffers.slopes[0], buffers.slopes[1], buffers.slopes[2]
-        step = -slope / (bend if bend > 0.1 * speed else speed)
+        step = -slope / (bend if bend > LEAST_BEND * speed else speed)
         step = min(max(step, -_STEP), _STEP)
         found = math.inf
         while True:
             fill_link(curve, shape, angle + step, buffers.out, buffers.link)
             found = sum_of_squares(buffers.link, poses, lever, order, first, stop, buffers.slopes)
-            if found <= least or not abs(step) > _SHORT:
+            if found <= least or not abs(step) > SURE_STEP:
                 break
             step *= 0.25
-        if not found <= least:
-            break  # rounding
         angle, least = angle + step, found
         if abs(step) <= _SHORT:
             break
