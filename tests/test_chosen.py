@@ -68,7 +68,7 @@ def test_feasible_designs_without_an_objective_are_not_called_infeasible(tmp_pat
         objectives=["cv", "excess:max"],
     )
     results = explore.sweep(study, tmp_path / "undefined.h5")
-    begin = f"in each feasible design of {re.escape(str(results.path))} an objective is undefined"
+    begin = f"in each feasible design of {re.escape(str(results.path))} an objective is undefined or infinite"
     with pytest.warns(NothingFeasibleWarning, match=f"{begin}, so there is nothing to rank; left out: 2 in which"):
         explore.rank(results)
     for choose in (chosen_designs, motion_chart):

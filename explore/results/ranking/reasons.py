@@ -34,7 +34,8 @@ def nothing_ranked(ranking: Ranking, name: object) -> str:
     """Why a ranking of the results of a name has no design, as the beginning of a sentence."""
     is_narrowed = any(ranking.exclusions.values())
     if ranking.tally.n_not_finite:
-        return f"in each feasible design of {name}{' that meets the request' * is_narrowed} an objective is undefined"
+        which = " that meets the request" if is_narrowed else ""
+        return f"in each feasible design of {name}{which} an objective is undefined or infinite"
     return f"no feasible design of {name} meets the request" if is_narrowed else f"no design of {name} is feasible"
 
 
