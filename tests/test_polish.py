@@ -176,7 +176,7 @@ frame = { O = [0, 0], C = ["g", 0] }
 links = { crank = { O = 0, A = "r" }, coupler = { A = 0, B = "b" }, rocker = { C = 0, B = "c" } }
 branch = { B = "left of A C" }
 [parameters]
-r = { min = 20, max = 30 }
+r = 30
 g = { min = 35, max = 100 }
 b = 70
 c = 60
