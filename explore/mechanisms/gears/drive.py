@@ -27,6 +27,8 @@ from explore.mechanisms.golden import narrowed, sections
 
 #: Number of steps of a grid on which the lowest ratio is looked for, per period of the return.
 _GRID = 32
+#: Rise beside a lowest angle that is rounding, relative: about such a one there is no lower ratio to be found.
+_FLAT = 1e-14
 #: Number of golden sections about a lowest angle of the grid.
 _SECTIONS = 75
 
@@ -135,7 +137,9 @@ def _least(constants, lane, start, stop, steps, of_one):
     before, least = math.inf, here
     for j in range(steps + 1):
         after = math.inf if j == steps else _value(constants, lane, start + (j + 1) * step, of_one)
-        if here <= before and here <= after:
+        rise = max(before - here if before < math.inf else 0.0, after - here if after < math.inf else 0.0)
+        least = min(least, here)
+        if here <= before and here <= after and rise > _FLAT * abs(here):
             low, high = start + max(j - 1, 0) * step, start + min(j + 1, steps) * step
             least = min(least, _refine(constants, lane, low, high, of_one))
         before, here = here, after

@@ -30,7 +30,8 @@ from explore.model.status import OwnStatus, Status
 _LARGEST_LOGARITHM = 100.0 * math.log(10.0)
 
 _DEGREES = 180.0 / math.pi
-_OK, _FIRST_METRIC, _LAST_METRIC = int(Status.OK), int(Row.LAW_CONSTANT), int(Row.RIPPLE)
+_OK, _FIRST_PARAMETER = int(Status.OK), int(Row.GROWTH)
+_FIRST_METRIC, _LAST_METRIC = int(Row.LAW_CONSTANT), int(Row.RIPPLE)
 
 NO_GROWTH, NO_RETURN, BROKEN_BRANCH, OVERFLOW, NO_BRANCH = 20, 21, 22, 23, 24
 STATUSES = {
@@ -100,10 +101,23 @@ def _fill_metrics(record, lane):
     record[Row.RIPPLE * LANES + lane] = ripple_of(record, lane, record[Row.BRANCH * LANES + lane], shift)
 
 
+@subroutine()
+def _is_repeated(record, lane):
+    """Whether the design of a lane is that of the lane before, as in the last tile."""
+    for row in range(_FIRST_PARAMETER, _FIRST_METRIC):
+        if record[row * LANES + lane] != record[row * LANES + lane - 1]:
+            return False
+    return True
+
+
 @compiled(CLOSE_SIGNATURE)
 def close(record):
     """Fill constants, status and metrics; see `explore.model.mechanism.Mechanism`. Metrics are NaN where undefined."""
     for lane in range(LANES):
+        if lane > 0 and _is_repeated(record, lane):
+            for row in range(_LAST_METRIC + 1):
+                record[row * LANES + lane] = record[row * LANES + lane - 1]
+            continue
         status = _status_of(
             record[Row.GROWTH * LANES + lane], record[Row.SECTOR * LANES + lane],
             record[Row.RETURN_ORDER * LANES + lane], record[Row.BRANCH * LANES + lane],

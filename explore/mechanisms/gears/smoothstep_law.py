@@ -14,11 +14,18 @@ import numpy as np
 
 from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
-from explore.mechanisms.gears.columns import CONSTANT, DRIVEN_SECTOR, LOG_GROWTH, ORDER, SECTOR_ANGLE, START
+from explore.mechanisms.gears.columns import (
+    CONSTANT,
+    DRIVEN_SECTOR,
+    LOG_GROWTH,
+    N_PANELS,
+    ORDER,
+    SECTOR_ANGLE,
+    START,
+    TURNED,
+)
 
-#: Number of panels over the whole return: enough for the sharpest ratio, m^b = 1e100.
-_PANELS = 8
-#: Number of Gauss-Legendre nodes of a panel.
+#: Number of Gauss-Legendre nodes of a panel: enough for the sharpest ratio, m^b = 1e100.
 _NODES = 16
 
 _X, _WEIGHTS = (tuple(map(float, values)) for values in np.polynomial.legendre.leggauss(_NODES))
@@ -49,26 +56,33 @@ def _smoothstep(sigma, order):
 
 
 @subroutine()
-def _turned(log_growth, sector, order, first, last):
-    """The integral of i(0)/i over the return sector between two sigmas, rad."""
-    width, total = 2.0 * math.pi - sector, 0.0
-    panels = max(1, math.ceil(_PANELS * abs(last - first)))
-    half = 0.5 * (last - first) / panels
-    for panel in range(panels):
-        for node in range(_NODES):
-            at = first + half * (2 * panel + 1 + _X[node])
-            step, _, _ = _smoothstep(at, order)
-            total += _WEIGHTS[node] * math.exp(log_growth * (sector + width * at - 2.0 * math.pi * step))
+def _turned(constants, lane, first, last):
+    """The integral of i(0)/i between two sigmas of a panel of the return, rad."""
+    log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
+    order, width = constants[ORDER * LANES + lane], 2.0 * math.pi - sector
+    middle, half, total = 0.5 * (first + last), 0.5 * (last - first), 0.0
+    for node in range(_NODES):
+        at = middle + half * _X[node]
+        step, _, _ = _smoothstep(at, order)
+        total += _WEIGHTS[node] * math.exp(log_growth * (sector + width * at - 2.0 * math.pi * step))
     return total * half * width
+
+
+@subroutine()
+def _turned_before(constants, lane, panel):
+    """The integral of i(0)/i up to the start of a panel, rad."""
+    return constants[(TURNED + panel - 1) * LANES + lane] if panel > 0 else 0.0
 
 
 @subroutine()
 def solve_smoothstep_law(constants, lane):
     """Fill the constants of one lane from LOG_GROWTH, SECTOR_ANGLE and ORDER."""
     log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
+    for panel in range(N_PANELS):
+        turned = _turned(constants, lane, panel / N_PANELS, (panel + 1) / N_PANELS)
+        constants[(TURNED + panel) * LANES + lane] = _turned_before(constants, lane, panel) + turned
     working = math.expm1(log_growth * sector)
-    whole = working + log_growth * _turned(log_growth, sector, constants[ORDER * LANES + lane], 0.0, 1.0)
-    constant = 2.0 * math.pi / whole
+    constant = 2.0 * math.pi / (working + log_growth * _turned_before(constants, lane, N_PANELS))
     constants[CONSTANT * LANES + lane] = constant
     constants[START * LANES + lane] = 1.0 / (constant * log_growth)
     constants[DRIVEN_SECTOR * LANES + lane] = constant * working
@@ -96,21 +110,26 @@ def smoothstep_bend(constants, lane, beyond):
 @subroutine()
 def smoothstep_driven_angle(constants, lane, beyond):
     """The driven angle at an angle beyond the end of the working sector, rad."""
-    log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
-    sigma = beyond / (2.0 * math.pi - sector)
-    turned = _turned(log_growth, sector, constants[ORDER * LANES + lane], 0.0, sigma)
+    sigma = beyond / (2.0 * math.pi - constants[SECTOR_ANGLE * LANES + lane])
+    panel = min(int(N_PANELS * sigma), N_PANELS - 1)
+    turned = _turned_before(constants, lane, panel) + _turned(constants, lane, panel / N_PANELS, sigma)
     return constants[DRIVEN_SECTOR * LANES + lane] + turned / constants[START * LANES + lane]
 
 
 @subroutine()
 def smoothstep_driver_angle(constants, lane, driven_angle):
-    """The angle in the return sector at a driven angle, rad: Newton's method, kept inside by bisection."""
+    """The angle in the return sector at a driven angle, rad: Newton's method, kept in a panel by bisection."""
     log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
-    order, width = constants[ORDER * LANES + lane], 2.0 * math.pi - sector
-    low, high, sigma = 0.0, 1.0, 0.5
+    order, width, panel = constants[ORDER * LANES + lane], 2.0 * math.pi - sector, 0
     target = (driven_angle - constants[DRIVEN_SECTOR * LANES + lane]) * constants[START * LANES + lane]
-    excess = _turned(log_growth, sector, order, 0.0, sigma) - target
+    while panel < N_PANELS - 1 and constants[(TURNED + panel) * LANES + lane] < target:
+        panel += 1
+    target -= _turned_before(constants, lane, panel)
+    start = low = panel / N_PANELS
+    high = (panel + 1) / N_PANELS
+    sigma = 0.5 * (low + high)
     for _ in range(_MOST_STEPS):
+        excess = _turned(constants, lane, start, sigma) - target
         if excess > 0.0:
             high = sigma
         else:
@@ -119,7 +138,6 @@ def smoothstep_driver_angle(constants, lane, driven_angle):
         slope = width * math.exp(log_growth * (sector + width * sigma - 2.0 * math.pi * step))
         following = sigma - excess / slope
         following = following if low <= following <= high else 0.5 * (low + high)
-        excess += _turned(log_growth, sector, order, sigma, following)
         change, sigma = abs(following - sigma), following
         # the next step would be of the size of the square of this one
         if change <= 1e-9:
