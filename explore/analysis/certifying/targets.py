@@ -6,7 +6,6 @@ places that are nearest to the points are in order themselves.
 """
 
 from collections.abc import Hashable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property, reduce
 from itertools import pairwise
@@ -206,14 +205,10 @@ class _Path:
             return reduce(arb.max, self._given) - reduce(arb.min, self._given)
         if len(self.points) < 3:
             return None  # either sense of the crank has this order
-        first, last = (_only_least(self._singles[k], self._best[k]) for k in (0, -1))
-        # one point between them tells the sense of the crank
-        for k in range(1, len(self.points) - 1):
-            with suppress(UnprovedError):
-                between = _only_least(self._singles[k], self._best[k])
-                if (first < between and between < last) or (first > between and between > last):
-                    return abs(last - first)
-        return None
+        places = [_only_least(*each) for each in zip(self._singles, self._best, strict=True)]
+        is_ordered = all(a < b for a, b in pairwise(places)) or all(a > b for a, b in pairwise(places))
+        span = abs(places[-1] - places[0])
+        return span if is_ordered and span < 2 * arb.pi() else None
 
     def _squares_at(self, angles: Sequence[arb]) -> list[arb]:
         places = [self.curve.function.at(angle) for angle in angles]
