@@ -19,14 +19,15 @@ PAIRS = [[0, 0], [10, 4], [20, 7], [30, 9]]
 def proofs_of(source, design, metrics, target, change=None):
     """The row of a design, and what is proved of it; `change` moves its first metric by so many errors."""
     options = {"metrics": metrics, "window": "cycle"}
-    points = ["M"] if source == "crank-rocker" and target["kind"] == "path" else []
+    points = ["M"] if isinstance(source, str) and target["kind"] in ("path", "poses") else []
     frame = explore.evaluate(source, design, target=target, points=points, **options)
     (row,) = frame.astype(float).to_dict(orient="records")
     mechanism = find_mechanism(source, points, target)
     request = make_request(mechanism, **options)
     if change is not None:
         metric = next(metric for metric in request.metrics if metric.name == metrics[0])
-        columns = [np.array([row.get(name, 0.0)]) for name in metric.formula.inputs]
+        given = {parameter.name: parameter.default for parameter in mechanism.parameters} | row
+        columns = [np.array([float(given.get(name, 0.0))]) for name in metric.formula.inputs]
         row[metrics[0]] += change * row["error"] * metric.formula.scale(*columns)[0]
     proof, enclosed = certify_designs(request, {0: row}, [], is_front=False)[0]
     return row, proof, enclosed
@@ -111,7 +112,7 @@ def test_a_path_against_the_order_is_open():
         "crank-rocker", LENGTHS | POINT, PATHS[:2], {"kind": "path", "point": "M", "points": points}
     )
     assert proof.verdict == "open"
-    assert proof.reason == "the path cannot be certified: the order keeps points from where the curve is nearest"
+    assert proof.reason == "the target cannot be certified: its order keeps it from where the curve is nearest"
 
 
 def test_what_two_places_share_is_open():
@@ -120,6 +121,38 @@ def test_what_two_places_share_is_open():
     target = {"kind": "path", "point": "M", "points": [[0, 300], [100, 300], [200, 300]]}
     _, proof, _ = proofs_of("crank-rocker", symmetric, ["path_crank_span"], target)
     assert proof.verdict == "open"
+
+
+def posed(noise, turned=0.0):
+    """Poses of the coupler at crank angles, with noise, of a body that is turned on it."""
+    motion = explore.simulate("crank-rocker", LENGTHS, points={"M": tuple(POINT.values())}, angles=TURNS)
+    poses = np.add(motion[["M_x", "M_y", "coupler_angle"]], [0.0, 0.0, turned]).to_numpy()
+    return (poses + noise * np.random.default_rng(2).standard_normal(poses.shape)).tolist()
+
+
+@pytest.mark.parametrize("order", ["given", "any"])
+@pytest.mark.parametrize("noise", [0.0, 2.0])
+def test_errors_of_poses_are_proved(order, noise):
+    target = {"kind": "poses", "poses": posed(noise, 250.0), "order": order}
+    metrics = ["position_error_max", "angle_error_max", "pose_error_rms"]
+    metrics += ["pose_crank_span"] if order == "given" else []
+    design = LENGTHS | POINT | {"body_angle": 250.0}
+    for first in range(len(metrics)):
+        chosen = metrics[first:] + metrics[:first]
+        _, proof, _ = proofs_of("crank-rocker", design, chosen, target)
+        assert (proof.verdict, proof.reason) == ("proved", "")
+        _, proof, _ = proofs_of("crank-rocker", design, chosen, target, change=1.5)
+        assert (proof.verdict, proof.reason.startswith(chosen[0])) == ("refuted", True)
+
+
+def test_errors_of_poses_are_proved_where_the_link_turns_fully():
+    """There the error of the angle jumps by a turn, at a crank angle far from the pose."""
+    double = {"crank": 300.0, "coupler": 280.0, "rocker": 260.0, "ground": 100.0}
+    motion = explore.simulate("crank-rocker", double, points={"M": tuple(POINT.values())}, angles=TURNS)
+    poses = np.add(motion[["M_x", "M_y", "coupler_angle"]], [1.0, 2.0, 0.5]).to_numpy()
+    target = {"kind": "poses", "poses": poses.tolist()}
+    _, proof, _ = proofs_of("crank-rocker", double | POINT, ["position_error_max", "pose_error_rms"], target)
+    assert (proof.verdict, proof.reason) == ("proved", "")
 
 
 def test_errors_of_functions_are_proved_also_where_the_crank_does_not_turn():

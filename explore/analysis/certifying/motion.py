@@ -133,9 +133,11 @@ class Motion:
         """The angle of the output, a link, rad."""
         return self.function(self.graph.quantities[f"{self.table.output}_angle"])
 
-    def place(self, point: str) -> Function:
-        """The coordinates of a point that moves, mm."""
-        return self.graph.function([self.graph.quantities[f"{point}_{axis}"].number for axis in "xy"], None, point)
+    def place(self, point: str, link: str = "") -> Function:
+        """The coordinates of a point that moves, mm, and those of the direction of a link, if one is named."""
+        direction = [series.terms[0] for series in self.graph.equations.directions[link]] if link else []
+        place = [self.graph.quantities[f"{point}_{axis}"].number for axis in "xy"]
+        return self.graph.function([*place, *direction], None, point)
 
     def _references(self, quantity: Quantity) -> dict[str, arb]:
         """Inputs that tell the turns of links apart."""
