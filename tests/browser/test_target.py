@@ -91,6 +91,6 @@ metrics = ["path_error_max"]
     with silent_page(browser, results.path.with_suffix(".html")) as page:
         page.evaluate(COLLECT_TEXTS)
         page.set_viewport_size({"width": 900, "height": 900})  # draws the curves again
-        page.wait_for_function("window.texts.length > 5")
+        page.wait_for_function("() => window.texts.length > 5")  # no text, which the policy of the page forbids
         ticks = [text for text in page.evaluate("window.texts") if "°" not in text]
         assert max(map(float, ticks)) > 10.0
