@@ -1,10 +1,10 @@
-"""Linkages of tables by MuJoCo, which shares nothing with the package: places, velocities and accelerations."""
+"""Linkages of tables by MuJoCo, which shares nothing with the package: places, velocities, accelerations and forces."""
 
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from linkage_cases import CASES, linkage_of, values_of
+from linkage_cases import CASES, linkage_of, values_of, with_loads
 
 import explore
 from explore.mechanisms.linkages.expressions import evaluate_coordinate
@@ -13,6 +13,11 @@ from explore.mechanisms.linkages.table import FRAME
 pytestmark = pytest.mark.slow
 ANGLES = np.arange(5.0, 365.0, 24.0)
 NAMES = ("watt-2", "stephenson-1", "stephenson-3", "jansen", "klann", "crank-shaper", "whitworth")
+LOADED = ("hoecken", "slider-crank", "toggle-press", "oscillating-cylinder", "pump-jack", *NAMES)
+#: Mass, kg, and moment of inertia, kg mm², of blocks without them, which MuJoCo needs.
+LIGHT = 1e-12
+#: Gravity, m/s².
+GRAVITY = (1.5, -9.81)
 #: Step along the motion of the differences of MuJoCo's Jacobian, rad.
 STEP = 1e-3
 
@@ -26,12 +31,15 @@ def text(*numbers):
 
 
 class Model:
-    """Free bodies in a plane, blocks that slide along their slots, and connections at all pins."""
+    """Free bodies in a plane, blocks that slide along their slots, and connections at all pins; in mm, kg and s.
 
-    def __init__(self, linkage, values):
+    `masses` are those of the table: of blocks by the pin.
+    """
+
+    def __init__(self, linkage, values, masses=None):
         import mujoco
 
-        self.mujoco, self.table, self.values = mujoco, linkage.table, values
+        self.mujoco, self.table, self.values, self.masses = mujoco, linkage.table, values, masses or {}
         blocks = {body.name: "" for body in self.table.bodies}
         connections = []
         for slot in self.table.slots:
@@ -40,26 +48,27 @@ class Model:
             blocks[slot.body] += (
                 f'<body name="{slot.name}:block" pos="{text(*first)} 0">'
                 f'<joint name="{slot.name}" type="slide" axis="{text(*direction)} 0"/>'
-                '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body>'
+                f'<inertial pos="0 0 0" mass="{self.masses.get(slot.pin, LIGHT)}" '
+                f'diaginertia="{text(*[LIGHT] * 3)}"/></body>'
             )
             bodies = [(f"{slot.name}:block", np.zeros(2))]
             bodies += [
                 (body.name, place_of(body.place_of[slot.pin], values)) for body in self.table.bodies_at(slot.pin)
             ]
-            connections += [(bodies[0], other) for other in bodies[1:]]
+            connections += [(slot.pin, bodies[0], other) for other in bodies[1:]]
         for point in self.table.points:
-            bodies = self.places_of(point)
-            connections += [(bodies[0], other) for other in bodies[1:]]
+            bodies = [] if point in {slot.pin for slot in self.table.slots} else self.places_of(point)
+            connections += [(point, bodies[0], other) for other in bodies[1:]]
         links = "".join(
             f'<body name="{link.name}">'
             f'<joint name="{link.name}:x" type="slide" axis="1 0 0"/>'
             f'<joint name="{link.name}:y" type="slide" axis="0 1 0"/>'
             f'<joint name="{link.name}:turn" type="hinge" axis="0 0 1"/>'
-            f'<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>{blocks[link.name]}</body>'
+            f"{self.inertial_of(link.name)}{blocks[link.name]}</body>"
             for link in self.table.links
         )
         sites, equalities = {}, ""
-        for k, pair in enumerate(connections):
+        for k, (_, *pair) in enumerate(connections):
             for side, (body, at) in enumerate(pair):
                 sites.setdefault(body, []).append(f'<site name="s{k}:{side}" pos="{text(*at)} 0"/>')
             equalities += f'<connect site1="s{k}:0" site2="s{k}:1"/>'
@@ -69,12 +78,19 @@ class Model:
                 start = body.index(">", body.index(f'<body name="{name}"')) + 1
                 body = body[:start] + "".join(found) + body[start:]
         world = "".join(sites.get(FRAME, [])) + body
+        self.forced = [f"{point}_force_on_{other}" for point, _, (other, _) in connections]
         self.model = mujoco.MjModel.from_xml_string(
-            '<mujoco><compiler angle="radian"/><option jacobian="dense"/>'
+            '<mujoco><compiler angle="radian"/>'
+            f'<option jacobian="dense" gravity="{text(*(1e3 * np.array(GRAVITY)))} 0"/>'
             f"<worldbody>{world}</worldbody><equality>{equalities}</equality></mujoco>"
         )
         self.data = mujoco.MjData(self.model)
         self.joints = [self.model.joint(k).name for k in range(self.model.njnt)]
+
+    def inertial_of(self, link):
+        given = self.masses.get(link, {"mass": 1.0, "centroid": (0.0, 0.0), "inertia": 1e-6})
+        inertia = text(*[1e6 * given["inertia"]] * 3)
+        return f'<inertial pos="{text(*given["centroid"])} 0" mass="{given["mass"]}" diaginertia="{inertia}"/>'
 
     def end_of(self, slot, end):
         place = self.table.body_of[slot.body].place_of[end] if isinstance(end, str) else end
@@ -110,7 +126,7 @@ class Model:
     def turn_of(self, link, row):
         """How far a link has turned, and its rates."""
         if link == self.table.driver:
-            return np.deg2rad(row.name), 1.0, 0.0
+            return np.deg2rad(row.name), self.values.get("speed", 1.0), 0.0
         if f"{link}_velocity" not in row:
             return 0.0, 0.0, 0.0  # it slides on the frame
         # The angle of a link that turns fully is blank: two of its points have it.
@@ -128,6 +144,18 @@ class Model:
         self.mujoco.mj_forward(self.model, self.data)
         rows = self.data.efc_type == self.mujoco.mjtConstraint.mjCNSTR_EQUALITY
         return self.data.efc_pos[rows], self.data.efc_J.reshape(-1, self.model.nv)[rows]
+
+    def forces(self, driver, coordinates, rates, changes):
+        """The torque on the driver, N m, and the force of each connection on its second body, N, for a motion."""
+        self.data.qvel[:] = rates
+        _, jacobian = self.connections(coordinates)
+        self.data.qacc[:], taken = changes, np.empty(self.model.nv)
+        self.mujoco.mj_rne(self.model, self.data, 1, taken)
+        drive = np.eye(self.model.nv)[driver]
+        system = np.column_stack([drive, jacobian.reshape(-1, 3, self.model.nv)[:, :2].reshape(-1, self.model.nv).T])
+        solution, *_, singular = np.linalg.lstsq(system, taken, rcond=None)
+        assert singular[-1] > 1e-6 * singular[0]  # one solution
+        return 1e-6 * solution[0], -1e-3 * solution[1:].reshape(-1, 2)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -160,3 +188,27 @@ def test_motions_agree_with_mujoco(name):
         moved = sum(w * (a - b) for w, a, b in zip(weights, ahead, behind, strict=True)) / STEP
         by_mujoco = unknown(-moved - jacobian[:, driver] * changes[driver])
         np.testing.assert_allclose(by_mujoco, changes[others], rtol=0, atol=1e-11 * np.abs(changes).max())
+
+
+@pytest.mark.parametrize("name", LOADED)
+def test_forces_agree_with_mujoco(name):
+    """Its masses, at our motions, are moved by our torque of the drive and our forces in the joints."""
+    pytest.importorskip("mujoco")
+    case, rng = CASES[name], np.random.default_rng(7)
+    table, values = linkage_of(case).table, values_of(case) | {"speed": 12.0}
+    masses = {slot.pin: rng.uniform(0.1, 2.0) for slot in table.slots if slot.pin not in table.frame.place_of}
+    for link in table.links:
+        mass, centroid, inertia = rng.uniform(0.1, 2.0), rng.uniform(-40.0, 60.0, 2).tolist(), rng.uniform(1e-4, 1e-2)
+        masses[link.name] = {"mass": mass, "centroid": centroid, "inertia": inertia}
+    linkage = with_loads(case, {"gravity": list(GRAVITY), "masses": masses})
+    model = Model(linkage, values, masses)
+    driver = model.joints.index(f"{table.driver}:turn")
+    motion = explore.simulate(linkage, values, angles=ANGLES)
+    torques, forces = [], []
+    for _, row in motion.iterrows():
+        torque, of_row = model.forces(driver, *(model.coordinates(row, order) for order in range(3)))
+        torques.append(torque)
+        forces.append(of_row)
+    ours = np.stack([motion[[f"{signal}_x", f"{signal}_y"]] for signal in model.forced], axis=1)
+    np.testing.assert_allclose(forces, ours, rtol=0, atol=1e-11 * np.abs(ours).max())
+    np.testing.assert_allclose(torques, motion["drive_torque"], rtol=0, atol=1e-11 * np.abs(torques).max())
