@@ -80,6 +80,22 @@ def test_a_click_on_a_heading_sorts(page, frame):
     assert visible_texts(page, column)[-1] == "–"
 
 
+def test_of_an_objective_feasible_designs_are_first(page, frame):
+    feasible = frame[frame["feasible"]]
+    column = frame.columns.get_loc("cv") + 3
+    best = feasible["cv"].nsmallest(8)
+    assert [float(text) for text in visible_texts(page, column)[:8]] == pytest.approx(best.tolist(), rel=1e-5)
+    button = page.locator(".head .cell", has_text="swing angle").locator("button")
+    for _ in range(2):
+        button.click()
+    best = feasible["swing_angle"].nlargest(8)
+    assert frame["swing_angle"].max() > best.max()
+    column = frame.columns.get_loc("swing_angle") + 3
+    assert [float(text) for text in visible_texts(page, column)[:8]] == pytest.approx(best.tolist(), rel=1e-5)
+    kinds = page.evaluate("Array.from(exploreReport.page.rows(), row => exploreReport.page.model.kinds[row])")
+    assert 0 not in kinds[: len(feasible)]
+
+
 def test_the_keyboard_moves_through_the_table(page):
     grid = page.locator(".grid")
     grid.focus()

@@ -78,7 +78,8 @@ export function table(root, model, shared) {
   function arrange() {
     const active = state.rows[state.active];
     const { values } = fields.find((field) => field.name === state.sort);
-    state.rows = sorted(shared.selection.mask, values, model.kinds, state.down);
+    const isObjective = model.study.objectives.some(([name]) => name === state.sort);
+    state.rows = sorted(shared.selection.mask, values, model.kinds, state.down, isObjective);
     state.active = Math.max(0, state.rows.indexOf(active));
     grid.setAttribute("aria-rowcount", state.rows.length + 1);
     body.style.height = `${state.rows.length * ROW}px`;
@@ -183,13 +184,17 @@ export function table(root, model, shared) {
 
 const firstSort = (model) => model.study.objectives[0]?.[0] ?? "design";
 
-/** The selected rows in the order of a column, undefined ones last, better kinds first where equal. */
-function sorted(mask, values, kinds, down) {
+/**
+ * The selected rows in the order of a column, undefined ones last, better kinds first where equal; of an objective
+ * infeasible ones behind all others.
+ */
+function sorted(mask, values, kinds, down, isObjective) {
   const rows = new Uint32Array(mask.reduce((total, one) => total + one, 0));
   let n = 0;
   for (let row = 0; row < mask.length; row++) if (mask[row]) rows[n++] = row;
   const sign = down ? -1 : 1;
   return rows.sort((a, b) => {
+    if (isObjective && !kinds[a] !== !kinds[b]) return kinds[a] ? -1 : 1;
     const x = values[a],
       y = values[b];
     if (x < y) return -sign;
