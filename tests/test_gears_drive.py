@@ -5,7 +5,15 @@ import pytest
 from test_gears import TURN, both_sectors, one_of, random_designs
 
 import explore
+from explore.base.compiling import LANES
 from explore.mechanisms.gears import columns
+from explore.mechanisms.gears.columns import Row
+from explore.mechanisms.gears.kernel import close
+from explore.mechanisms.gears.smoothstep_law import (
+    smoothstep_driven_angle,
+    smoothstep_driver_angle,
+    smoothstep_ratio,
+)
 
 BASE = {"growth": 1.5, "sector": 4.2, "centre_distance": 150.0}
 
@@ -55,6 +63,41 @@ def test_no_ripple_up_to_the_largest_shift(trains):
     ripple = 1.0 - sampled["overall_ratio_min"] / sampled["overall_ratio_max"]
     np.testing.assert_allclose(ripple, table["ripple"], rtol=0, atol=1e-8)
     np.testing.assert_allclose(ripple[:3], 0.0, atol=2e-15)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2, 3])
+def test_a_drive_without_ripple_keeps_its_ratio_by_brute_force(order):
+    designs = random_designs(8, 20 + order, return_order=order)
+    designs["trains"] = np.array([2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.0])
+    largest = evaluate(designs, ["phase_shift_max"])["phase_shift_max"].to_numpy()
+    designs["phase_shift"] = 0.9 * largest
+    table = evaluate(designs, ["overall_ratio_mean", "drive_ratio_max"])
+    for k in np.flatnonzero(largest):
+        # samples miss a corner by the slope times their distance
+        assert abs(brute_force_ripple(one_of(designs, k))) < 2e-4
+    expected = designs["growth"] ** designs["phase_shift"]
+    np.testing.assert_allclose(table["overall_ratio_mean"], expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0, 3.0])
+def test_the_angle_of_gear_1_is_the_inverse_of_the_input_angle(order):
+    """Beside the joints, too: bisections that rounding led to ended 1e-9 rad off."""
+    random = np.random.default_rng(int(order))
+    for _ in range(40):
+        sector = random.uniform(0.1, 6.2)
+        growth = np.exp(10.0 ** random.uniform(-4.0, 1.0) / sector)
+        record = np.zeros((max(Row) + 1) * LANES)
+        given = {"GROWTH": growth, "SECTOR": sector, "CENTRE_DISTANCE": 100.0, "RETURN_ORDER": order, "BRANCH": 1.0,
+                 "TRAINS": 3.0}  # fmt: skip
+        for name, value in given.items():
+            record[Row[name] * LANES : (Row[name] + 1) * LANES] = value
+        close(record)
+        beyond = (TURN - sector) * np.concatenate([[0.0, 1e-9, 1.0 - 1e-9, 1.0], np.arange(1, 8) / 8, random.random(8)])
+        for angle in beyond:
+            found = smoothstep_driver_angle(record, 0, smoothstep_driven_angle(record, 0, angle)) - sector
+            # roundings of angles, and of powers by those of their exponents; of gear 1 as much times the ratio
+            ratio, *_ = smoothstep_ratio(record, 0, angle)
+            assert abs(found - angle) <= 4e-15 * (1.0 + ratio) * max(1.0, TURN * np.log(growth))
 
 
 def test_ripple_beyond_the_largest_shift_of_three_trains():

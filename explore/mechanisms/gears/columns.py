@@ -6,7 +6,8 @@ from explore.model.points import record_rows
 # of the return law; of the sine law: C1, C0, C3 - C0, the angle of the lowest ratio before the joint, and the
 # constants of the integral; or of a smoothstep law, from TURNED on, its integral up to the end of each panel of the
 # return; then the pair's and the drive's parameters, and the joints as half-tangents; the input angles at which the
-# second pair of the first train is at the end and at the start of its working sector.
+# second pair of the first train is at the end and at the start of its working sector; the ratio of a drive without
+# ripple, else 0.
 LOG_GROWTH, SECTOR_ANGLE, CONSTANT, START, DRIVEN_SECTOR, ORDER = range(6)
 FREQUENCY, AMPLITUDE, LOWEST, DIP = 6, 7, 8, 9
 BETA, ONE_LESS_BETA, SCALE, OFFSET = 10, 11, 12, 13
@@ -14,7 +15,8 @@ TURNED, N_PANELS = 6, 8
 DISTANCE, N_TRAINS, SHIFT = 14, 15, 16
 START_JOINT, END_JOINT = 17, 18
 SECOND_END, SECOND_START = 19, 20
-GEARS_SIZE = 21
+STEADY = 21
+GEARS_SIZE = 22
 
 # Rows of the signals.
 RATIO, RATIO_RATE, RATIO_ACCELERATION, SPEED_RATIO, SPEED_RATIO_RATE, DRIVEN_ANGLE = range(6)

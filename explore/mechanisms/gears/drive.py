@@ -11,6 +11,7 @@ log-smoothstep laws, m^shift is the largest ratio of a train.
 import math
 
 from explore.base.compiling import LANES
+from explore.base.lanes.elementary import sine
 from explore.base.subroutines import subroutine
 from explore.mechanisms.gears.columns import (
     CONSTANT,
@@ -21,6 +22,7 @@ from explore.mechanisms.gears.columns import (
     SECOND_START,
     SECTOR_ANGLE,
     SHIFT,
+    STEADY,
 )
 from explore.mechanisms.gears.law import driven_angle_at, driver_angle_at, ratio_in_turn
 from explore.mechanisms.golden import narrowed, sections
@@ -43,6 +45,8 @@ def train_ratio_at(constants, lane, angle):
 @subroutine()
 def overall_ratio_at(constants, lane, angle, driven_angle):
     """Output over input velocity of all trains, at the angles of the first train's gear 1 and input, rad."""
+    if constants[STEADY * LANES + lane] > 0.0:
+        return constants[STEADY * LANES + lane]
     largest = train_ratio_at(constants, lane, angle)
     trains = int(constants[N_TRAINS * LANES + lane])
     for train in range(1, trains):
@@ -62,13 +66,13 @@ def solve_second_joints(constants, lane):
     constants[SECOND_START * LANES + lane] = driven_angle_at(constants, lane, start, start > sector)
 
 
-@subroutine()
+@subroutine(inlined=True)
 def joints_at(constants, lane, driven_angle):
     """Two numbers that change their signs at an input angle where a first or a second pair of a train is at a joint."""
     half = 0.5 * constants[N_TRAINS * LANES + lane]
-    first = math.sin(half * driven_angle) * math.sin(half * (driven_angle - constants[DRIVEN_SECTOR * LANES + lane]))
-    end = math.sin(half * (driven_angle - constants[SECOND_END * LANES + lane]))
-    return first, end * math.sin(half * (driven_angle - constants[SECOND_START * LANES + lane]))
+    first = sine(half * driven_angle) * sine(half * (driven_angle - constants[DRIVEN_SECTOR * LANES + lane]))
+    end = sine(half * (driven_angle - constants[SECOND_END * LANES + lane]))
+    return first, end * sine(half * (driven_angle - constants[SECOND_START * LANES + lane]))
 
 
 @subroutine()
@@ -84,10 +88,12 @@ def solve_shift(log_growth, sector, constant, trains):
 
 
 @subroutine()
-def ripple_of(constants, lane, branch, largest_shift):
-    """The change of the ratio of all trains over the turn, over its largest value."""
+def solve_ripple(constants, lane, branch, largest_shift):
+    """The change of the ratio of all trains over the turn, over its largest value; fill the ratio where it is 0."""
     shift, sector = constants[SHIFT * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
+    constants[STEADY * LANES + lane] = 0.0
     if shift == 0.0 or (branch == 1.0 and shift <= largest_shift):
+        constants[STEADY * LANES + lane] = math.exp(constants[LOG_GROWTH * LANES + lane] * shift)
         return 0.0
     trains, first = int(constants[N_TRAINS * LANES + lane]), 0.0
     spacing, log_growth = 2.0 * math.pi / trains, constants[LOG_GROWTH * LANES + lane]

@@ -10,7 +10,7 @@ from explore.mechanisms.gears.columns import Row
 from explore.mechanisms.gears.drive import (
     joints_at,
     overall_ratio_at,
-    ripple_of,
+    solve_ripple,
     solve_second_joints,
     solve_shift,
     train_ratio_at,
@@ -98,7 +98,7 @@ def _fill_metrics(record, lane):
     record[Row.CURVATURE_JUMP * LANES + lane] = jump_of_curvature(record, lane)
     shift, ratio = solve_shift(log_growth, sector, constant, record[columns.N_TRAINS * LANES + lane])
     record[Row.PHASE_SHIFT_MAX * LANES + lane], record[Row.DRIVE_RATIO_MAX * LANES + lane] = shift, ratio
-    record[Row.RIPPLE * LANES + lane] = ripple_of(record, lane, record[Row.BRANCH * LANES + lane], shift)
+    record[Row.RIPPLE * LANES + lane] = solve_ripple(record, lane, record[Row.BRANCH * LANES + lane], shift)
 
 
 @subroutine()
@@ -212,9 +212,17 @@ def _fill_speed_ratios(out):
         out[columns.SPEED_RATIO_RATE * LANES + lane] = -rate / (ratio * ratio)
 
 
+@subroutine(no_alias=True)
+def _fill_joints(constants, out):
+    """Fill the numbers that change their signs at joints."""
+    for lane in range(LANES):
+        first, second = joints_at(constants, lane, out[columns.DRIVEN_ANGLE * LANES + lane])
+        out[columns.FIRST_JOINTS * LANES + lane], out[columns.SECOND_JOINTS * LANES + lane] = first, second
+
+
 @subroutine()
 def _fill_trains(constants, tangents, anchor, is_return, needs, out):
-    """Fill the ratios of one train and of all, and the numbers that change their signs at joints."""
+    """Fill the ratios of one train and of all."""
     for lane in range(LANES):
         angle = _working_angle(constants, tangents, lane, anchor)
         if is_return:
@@ -224,9 +232,6 @@ def _fill_trains(constants, tangents, anchor, is_return, needs, out):
         if needs & columns.DRIVE:
             driven_angle = out[columns.DRIVEN_ANGLE * LANES + lane]
             out[columns.OVERALL_RATIO * LANES + lane] = overall_ratio_at(constants, lane, angle, driven_angle)
-        if needs & columns.JOINTS:
-            first, second = joints_at(constants, lane, out[columns.DRIVEN_ANGLE * LANES + lane])
-            out[columns.FIRST_JOINTS * LANES + lane], out[columns.SECOND_JOINTS * LANES + lane] = first, second
 
 
 @compiled(FILL_SIGNATURE)
@@ -248,5 +253,7 @@ def fill(constants, tangents, anchor, law, _variant, count, needs, out):
             _fill_speed_ratios(signals)
         if needs & columns.PITCH_CURVES:
             fill_pitch_curves(constants, signals)
-        if needs & (columns.TRAIN | columns.DRIVE | columns.JOINTS):
+        if needs & columns.JOINTS:
+            _fill_joints(constants, signals)
+        if needs & (columns.TRAIN | columns.DRIVE):
             _fill_trains(constants, node, anchor, law == 1, needs, signals)

@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from explore.base.compiling import LANES
+from explore.base.lanes.elementary import exponential
 from explore.base.subroutines import subroutine
 from explore.mechanisms.gears.columns import (
     CONSTANT,
@@ -28,8 +29,10 @@ from explore.mechanisms.gears.columns import (
 #: Number of Gauss-Legendre nodes of a panel: enough for the sharpest ratio, m^b = 1e100.
 _NODES = 16
 
-_X, _WEIGHTS = (tuple(map(float, values)) for values in np.polynomial.legendre.leggauss(_NODES))
+_X, _WEIGHTS = np.polynomial.legendre.leggauss(_NODES)
 _MOST_STEPS = 60
+#: Largest last step of Halley's method: the cube of it is below rounding for the sharpest ratio.
+_LAST_STEP = 1e-7
 
 
 @subroutine()
@@ -55,16 +58,23 @@ def _smoothstep(sigma, order):
     return value if low == sigma else 1.0 - value, slope, bend
 
 
-@subroutine()
+@subroutine(fast=True)
 def _turned(constants, lane, first, last):
     """The integral of i(0)/i between two sigmas of a panel of the return, rad."""
     log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
     order, width = constants[ORDER * LANES + lane], 2.0 * math.pi - sector
     middle, half, total = 0.5 * (first + last), 0.5 * (last - first), 0.0
+    # of low^2 to low^7 in the smoothstep, as one polynomial, so that the loop over nodes vectorises
+    second, third = 3.0 if order == 1.0 else 0.0, -2.0 if order == 1.0 else 10.0 if order == 2.0 else 0.0
+    fourth, fifth = -15.0 if order == 2.0 else 35.0 if order == 3.0 else 0.0, 6.0 if order == 2.0 else 0.0
+    fifth, sixth, seventh = (-84.0, 70.0, -20.0) if order == 3.0 else (fifth, 0.0, 0.0)
     for node in range(_NODES):
         at = middle + half * _X[node]
-        step, _, _ = _smoothstep(at, order)
-        total += _WEIGHTS[node] * math.exp(log_growth * (sector + width * at - 2.0 * math.pi * step))
+        low = at if at < 0.5 else 1.0 - at
+        step = fourth + low * (fifth + low * (sixth + low * seventh))
+        step = low * low * (second + low * (third + low * step))
+        step = step if at < 0.5 else 1.0 - step
+        total += _WEIGHTS[node] * exponential(log_growth * (sector + width * at - 2.0 * math.pi * step))
     return total * half * width
 
 
@@ -94,7 +104,7 @@ def smoothstep_ratio(constants, lane, beyond):
     log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
     width = 2.0 * math.pi - sector
     value, slope, bend = _smoothstep(beyond / width, constants[ORDER * LANES + lane])
-    ratio = constants[START * LANES + lane] * math.exp(log_growth * (2.0 * math.pi * value - (sector + beyond)))
+    ratio = constants[START * LANES + lane] * exponential(log_growth * (2.0 * math.pi * value - (sector + beyond)))
     rate = log_growth * (2.0 * math.pi * slope / width - 1.0)
     return ratio, ratio * rate, ratio * (rate * rate + 2.0 * math.pi * log_growth * bend / (width * width))
 
@@ -117,29 +127,46 @@ def smoothstep_driven_angle(constants, lane, beyond):
 
 
 @subroutine()
-def smoothstep_driver_angle(constants, lane, driven_angle):
-    """The angle in the return sector at a driven angle, rad: Newton's method, kept in a panel by bisection."""
+def _slope_of_turned(constants, lane, sigma):
+    """The slope of `_turned` by its last sigma, and the derivative of the slope's logarithm."""
     log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
-    order, width, panel = constants[ORDER * LANES + lane], 2.0 * math.pi - sector, 0
+    width = 2.0 * math.pi - sector
+    value, slope, _ = _smoothstep(sigma, constants[ORDER * LANES + lane])
+    bend = log_growth * (width - 2.0 * math.pi * slope)
+    return width * exponential(log_growth * (sector + width * sigma - 2.0 * math.pi * value)), bend
+
+
+@subroutine()
+def smoothstep_driver_angle(constants, lane, driven_angle):
+    """The angle in the return sector at a driven angle, rad: Halley's method, kept in a panel by bisection.
+
+    It begins at a cubic through both ends of the panel, with the slopes there.
+    """
+    sector, panel = constants[SECTOR_ANGLE * LANES + lane], 0
+    width = 2.0 * math.pi - sector
     target = (driven_angle - constants[DRIVEN_SECTOR * LANES + lane]) * constants[START * LANES + lane]
     while panel < N_PANELS - 1 and constants[(TURNED + panel) * LANES + lane] < target:
         panel += 1
-    target -= _turned_before(constants, lane, panel)
-    start = low = panel / N_PANELS
-    high = (panel + 1) / N_PANELS
-    sigma = 0.5 * (low + high)
+    before = _turned_before(constants, lane, panel)
+    whole, start = constants[(TURNED + panel) * LANES + lane] - before, panel / N_PANELS
+    target, low, high = target - before, start, (panel + 1) / N_PANELS
+    f, (at_low, _), (at_high, _) = (
+        target / whole, _slope_of_turned(constants, lane, low), _slope_of_turned(constants, lane, high)
+    )  # fmt: skip
+    sigma = low + f * f * (3.0 - 2.0 * f) / N_PANELS
+    sigma += f * (1.0 - f) * whole * ((1.0 - f) / at_low - f / at_high)
+    sigma = sigma if low <= sigma <= high else 0.5 * (low + high)
     for _ in range(_MOST_STEPS):
         excess = _turned(constants, lane, start, sigma) - target
         if excess > 0.0:
             high = sigma
         else:
             low = sigma
-        step, _, _ = _smoothstep(sigma, order)
-        slope = width * math.exp(log_growth * (sector + width * sigma - 2.0 * math.pi * step))
-        following = sigma - excess / slope
-        following = following if low <= following <= high else 0.5 * (low + high)
-        change, sigma = abs(following - sigma), following
-        # the next step would be of the size of the square of this one
-        if change <= 1e-9:
-            break
+        slope, bend = _slope_of_turned(constants, lane, sigma)
+        step = excess / slope
+        step = step / (1.0 - 0.5 * step * bend)
+        if abs(step) <= _LAST_STEP:
+            # rounding may lead out of the panel at its ends
+            return sector + width * min(max(sigma - step, low), high)
+        sigma = sigma - step if low <= sigma - step <= high else 0.5 * (low + high)
     return sector + width * sigma
