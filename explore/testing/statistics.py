@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 
@@ -11,7 +12,8 @@ from explore.testing import dense_statistics
 from explore.testing.dense_statistics import Statistics
 from explore.testing.subject import COMPUTED, Subject, WindowArgument, name_of
 
-_TOLERANCES = (1e-9, 1e-12)
+#: Tolerances of statistics, in turn; of closed forms the first.
+_TOLERANCES = (1e-9, 1e-12, 1e-6)
 #: Largest relative error of dense sampling that tells anything.
 _DECISIVE = 1e-9
 #: Least share of the statistics that dense sampling must tell.
@@ -128,8 +130,7 @@ def _deviations(subject: Subject, window: WindowArgument, drive: str) -> Iterato
     """Each computed statistic of a window beside that of dense sampling, with the name of its signal or closed form."""
     results = [
         (metric.signal.name, metric.name, metric, tolerance, subject.evaluate([metric.name], window, drive, tolerance))
-        for metric in subject.sampled_metrics(window)
-        for tolerance in _TOLERANCES
+        for metric, tolerance in zip(subject.sampled_metrics(window), cycle(_TOLERANCES), strict=False)
     ]
     for name, metric in subject.closed_forms(window):
         # with the statistic, which is not computed where the signal does not exist
