@@ -4,6 +4,7 @@ import math
 import tomllib
 
 import mpmath
+import numpy as np
 import pytest
 from linkage_cases import BOOM, BOOM_LENGTHS, DRIVEN_SLIDER, evaluate_graph, trace, trammel, trammel_of_blocks
 
@@ -33,6 +34,17 @@ def test_a_driven_pin_is_where_the_length_of_its_cylinder_puts_it(offset):
                 velocity, acceleration = evaluate_graph(list(series.terms[1:]), values, angle)
                 assert abs((after - before) / (2 * step) - velocity) < mpmath.mpf("1e-40")
                 assert abs((after - 2 * place + before) / step**2 - acceleration) < mpmath.mpf("1e-20")
+
+
+@pytest.mark.parametrize("offset", [0.0, 15.0])
+def test_a_driven_slot_moves_as_a_sine(offset):
+    """Its position, from the points that the motion leads to, with both rates, to rounding."""
+    motion = explore.simulate(Linkage(BOOM), BOOM_LENGTHS | {"offset": offset}, angles=np.arange(3.0, 360.0, 7.0))
+    angles = np.deg2rad(motion.index.to_numpy())
+    middle, half = (0.5 * (BOOM_LENGTHS["high"] + sign * BOOM_LENGTHS["low"]) for sign in (1.0, -1.0))
+    expected = [middle - half * np.cos(angles), half * np.sin(angles), half * np.cos(angles)]
+    for kind, values in zip(("position", "velocity", "acceleration"), expected, strict=True):
+        np.testing.assert_allclose(motion[f"cylinder_{kind}"], values, rtol=0, atol=1e-13)
 
 
 def test_a_driven_pin_that_its_link_cannot_follow_has_a_status():
