@@ -167,6 +167,18 @@ def test_errors_of_functions_are_proved_also_where_the_crank_does_not_turn():
         assert (proof.verdict, proof.reason.startswith("output_error_rms")) == ("refuted", True)
 
 
+@pytest.mark.parametrize("crank", [60.0, 400.0])
+def test_errors_of_functions_are_proved_to_be_undefined_where_no_linkage_assembles(crank):
+    """At one pair, where the crank is blocked, and at all."""
+    lengths = {"r1": crank, "r2": 100.0, "r3": 80.0, "r4": 200.0}
+    named, point = dict(zip(LENGTHS, lengths.values(), strict=True)), {"along": 0.0, "across": 0.0}
+    target = {"kind": "function", "table": [[0, 0], [10, 4], [110, 7]]}
+    for source, design in (("crank-rocker", named), (explore.Linkage(COUPLER), lengths | point)):
+        row, proof, _ = proofs_of(source, design | {"input_start": 10.0, "output_start": 100.0}, FUNCTIONS, target)
+        assert np.isnan(row["output_error_rms"])
+        assert (proof.verdict, proof.reason) == ("proved", "")
+
+
 def test_targets_of_tables_are_proved():
     names = {"r1": 100.0, "r2": 400.0, "r3": 350.0, "r4": 420.0}
     table = explore.Linkage(COUPLER)

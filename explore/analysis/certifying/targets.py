@@ -38,9 +38,13 @@ class TargetErrors:
         self._motion, self._parameters = motion, parameters
         self._known: dict[Target, _Path | _Poses] = {}
 
-    def enclose(self, formula: Formula) -> Enclosure:
-        """A metric of a target; `UnprovedError` where no enclosure is implemented."""
+    def enclose(self, formula: Formula) -> Enclosure | None:
+        """A metric of a target; None where it is undefined, `UnprovedError` where no enclosure is implemented."""
         measure = formula.function
+        if isinstance(measure, TargetMeasure) and isinstance(measure.target, FunctionTarget):
+            start = self._parameters[STARTS[0].name]
+            if not all(self._motion.may_assemble(_radians(start, turned)) for turned, _ in measure.target.table):
+                return None
         found = self._find(formula, measure) if isinstance(measure, TargetMeasure) else None
         if found is None or formula.scale is None:
             raise UnprovedError(f"{formula.name} cannot be certified: no enclosure is implemented")
