@@ -73,12 +73,14 @@ _SIGNALS = (
     Signal("driven_curvature", "1/mm", "curvature of gear 2's pitch curve, convex positive", columns.DRIVEN_CURVATURE,
            columns.PITCH_CURVES, terms_row=columns.DRIVEN_TERMS),
     Signal("train_ratio", "1", "output over input velocity of one train of two pairs", columns.TRAIN_RATIO,
-           columns.TRAIN, has_corners=True, corners_at=("second_joints",)),
+           columns.TRAIN, has_corners=True, corners_at=("train_joints",)),
     Signal("overall_ratio", "1", "output over input velocity of all trains, behind the clutches",
            columns.OVERALL_RATIO, columns.DRIVE, has_corners=True, corners_at=("first_joints", "second_joints")),
-    Signal("first_joints", "1", "0 where the first pair of a train is at a joint of working sector and return",
+    Signal("train_joints", "1", "0 where the second pair of the first train is at a joint of working sector and return",
+           columns.TRAIN_JOINTS, columns.JOINTS),
+    Signal("first_joints", "1", "0 where the first pair of a train is at a joint, and always 1 without ripple",
            columns.FIRST_JOINTS, columns.JOINTS),
-    Signal("second_joints", "1", "0 where the second pair of a train is at a joint of working sector and return",
+    Signal("second_joints", "1", "0 where the second pair of a train is at a joint, and always 1 without ripple",
            columns.SECOND_JOINTS, columns.JOINTS),
 )  # fmt: skip
 

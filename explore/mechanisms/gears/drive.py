@@ -68,11 +68,18 @@ def solve_second_joints(constants, lane):
 
 @subroutine(inlined=True)
 def joints_at(constants, lane, driven_angle):
-    """Two numbers that change their signs at an input angle where a first or a second pair of a train is at a joint."""
-    half = 0.5 * constants[N_TRAINS * LANES + lane]
-    first = sine(half * driven_angle) * sine(half * (driven_angle - constants[DRIVEN_SECTOR * LANES + lane]))
-    end = sine(half * (driven_angle - constants[SECOND_END * LANES + lane]))
-    return first, end * sine(half * (driven_angle - constants[SECOND_START * LANES + lane]))
+    """Three numbers that change their signs at an input angle where a pair is at a joint.
+
+    These are the second pair of the first train, the first and the second pairs of all trains. The latter are 1 where
+    the drive has no ripple.
+    """
+    half, is_steady = 0.5 * constants[N_TRAINS * LANES + lane], constants[STEADY * LANES + lane] > 0.0
+    beyond = driven_angle - constants[DRIVEN_SECTOR * LANES + lane]
+    to_end = driven_angle - constants[SECOND_END * LANES + lane]
+    to_start = driven_angle - constants[SECOND_START * LANES + lane]
+    train = sine(0.5 * to_end) * sine(0.5 * to_start)
+    first, second = sine(half * driven_angle) * sine(half * beyond), sine(half * to_end) * sine(half * to_start)
+    return train, 1.0 if is_steady else first, 1.0 if is_steady else second
 
 
 @subroutine()

@@ -216,7 +216,8 @@ def _fill_speed_ratios(out):
 def _fill_joints(constants, out):
     """Fill the numbers that change their signs at joints."""
     for lane in range(LANES):
-        first, second = joints_at(constants, lane, out[columns.DRIVEN_ANGLE * LANES + lane])
+        train, first, second = joints_at(constants, lane, out[columns.DRIVEN_ANGLE * LANES + lane])
+        out[columns.TRAIN_JOINTS * LANES + lane] = train
         out[columns.FIRST_JOINTS * LANES + lane], out[columns.SECOND_JOINTS * LANES + lane] = first, second
 
 
