@@ -219,6 +219,14 @@ def test_simulate_by_an_inaccurate_method_warns_in_one_line():
     assert call("simulate", *DESIGN, "--method", "newton")[2] == left_out
 
 
+def test_simulate_writes_no_number_as_null_into_json(folder):
+    arguments = ["simulate", *DESIGN, "--set", "crank=150", "--set", "ground=691.7119", "--method", "newton"]
+    assert call(*arguments, "-o", "motion.JSON")[0] == 0
+    text = Path("motion.JSON").read_text()
+    assert "null" in text
+    assert json.loads(text, parse_constant=pytest.fail) == json.loads(call(*arguments, "--json")[1])
+
+
 def test_simulate_of_a_table_by_another_method_says_what_is_left_out(folder):
     call("init", "six.toml", "--linkage", "watt-2")
     code, _, err = call("simulate", "six.toml", "--angles", "8", "--method", "newton", "-o", "newton.csv")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 import warnings
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from explore.base.errors import MotionError, RequestError
+from explore.base.json_text import json_text
 from explore.cli.completion import complete_mechanisms
 from explore.cli.options import JsonOption, PointOption
 from explore.cli.output import announce_compiling, count_of, print_json, say
@@ -129,8 +129,8 @@ def _write(motion: pd.DataFrame, output: Path | None, *, as_json: bool) -> None:
     from explore.results.store.outputs import new_output
 
     with new_output(output) as unfinished:
-        if as_json or output.suffix == ".json":
-            unfinished.write_text(json.dumps(columns), encoding="utf-8")
+        if as_json or output.suffix.lower() == ".json":
+            unfinished.write_text(json_text(columns) + "\n", encoding="utf-8")
         else:
             motion.to_csv(unfinished)
     say(f"wrote {len(motion)} {str(motion.index.name).replace('_', ' ')}s to {output}")
