@@ -177,6 +177,19 @@ def test_a_jump_is_no_solution():
     assert tuning.intervals == ()
 
 
+def test_a_jump_is_no_solution_of_a_metric_with_a_pole_elsewhere():
+    """The largest acceleration grows beyond all bounds at a change point."""
+    design, name = {"crank": 50.0, "coupler": 300.0, "rocker": 211.79}, "rocker_acceleration_max"
+    limit = math.sqrt(design["coupler"] ** 2 + design["rocker"] ** 2 - design["crank"] ** 2)  # equal strokes
+    grounds = [limit - 1e-6, limit + 1e-6]
+    middle = explore.evaluate("crank-rocker", {**design, "ground": grounds}, metrics=[name])[name].mean()
+
+    tuning = explore.tune("crank-rocker", design, parameter="ground", metric=name, low=middle, high=middle)
+
+    assert tuning.reach[1].value > 1e6
+    assert [interval.start.value for interval in tuning.intervals] == pytest.approx([middle] * 3, rel=1e-9)
+
+
 def test_equal_bounds_give_single_values():
     tuning = tune(parameter="coupler", metric="swing_angle", low=30, high=30)
 

@@ -7,9 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from explore.analysis.tuning.curves import MetricOfParameter, Run, split_run
+from explore.model.quantities import FloatArray
 
-#: Distance from a bound at its crossing, relative to the range of the metric, from which on the metric jumps.
+#: Distance from a bound at its crossing, over the change of the metric in the step of the scan, above which it jumps.
 _JUMP = 1e-6
+#: Distance from a bound at its crossing, relative to the metric, up to which it may be the metric's error.
+_NOISE = 1e-9
 #: Cause of the end of an interval where the metric jumps across its bound.
 JUMP = "jump"
 
@@ -107,17 +110,18 @@ def _find_roots(function: MetricOfParameter, run: Run, level: float) -> list[End
 
     excess = run.values - level
     # the ends of the run are known, and why it ends there
-    roots = [float(x) for x in run.parameters[1:-1][excess[1:-1] == 0.0]]
+    roots = [End(float(x), level) for x in run.parameters[1:-1][excess[1:-1] == 0.0]]
     for k in np.flatnonzero(np.sign(excess[:-1]) * np.sign(excess[1:]) < 0.0).tolist():
         # The smallest tolerances that it takes: roots are the numbers next to a change of sign.
         root = toms748(
             lambda x: value_at(x) - level, run.parameters[k], run.parameters[k + 1],
             xtol=np.finfo(float).tiny, rtol=4.0 * np.finfo(float).eps, maxiter=200,
         )  # fmt: skip
-        roots.append(float(root))
-    height = float(np.ptp(run.values))
-    return [_classify(root, value_at(root), level, height) for root in roots]
+        roots.append(_classify(float(root), value_at(root), level, run.values[k : k + 2]))
+    return roots
 
 
-def _classify(parameter: float, value: float, level: float, height: float) -> End:
-    return End(parameter, value, JUMP if abs(value - level) > _JUMP * height else "")
+def _classify(parameter: float, value: float, level: float, around: FloatArray) -> End:
+    """The end at a crossing, from the values at the points of the scan around it: a pole elsewhere tells nothing."""
+    least = max(_JUMP * float(np.ptp(around)), _NOISE * float(np.abs(around).max()))
+    return End(parameter, value, JUMP if abs(value - level) > least else "")
