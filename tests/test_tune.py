@@ -357,6 +357,11 @@ def test_the_command_says_where_constraints_of_the_study_hold(tmp_path):
     assert f"{message} to {limit:.13g} mm" in output.stderr
     assert "time_ratio" not in output.stderr
 
+    output = run("tune", "--parameter", "crank", "--from", "0.2", "--to", "0.2", "--units", "length=cm", cwd=tmp_path)
+
+    message = "at crank 10.8949023183 cm the study's constraint transmission_angle_min from 30 deg does not hold\n"
+    assert output.stderr.endswith(message)
+
 
 @pytest.mark.parametrize(
     ("arguments", "message"),

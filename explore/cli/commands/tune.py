@@ -207,24 +207,29 @@ def _say_constraints(
     tuning: Tuning, subject: _Subject, arguments: Mapping[str, Any], scales: Mapping[str, Scale]
 ) -> None:
     """Say where in the intervals a constraint of the study holds, if it does not everywhere."""
-    for interval in tuning.intervals:
+    shown = tuning.in_units(scales)
+    unit = shown_unit(shown.curve.attrs["units"][tuning.parameter])
+    for interval, told in zip(tuning.intervals, shown.intervals, strict=True):
         first, last = interval.start.parameter, interval.stop.parameter
+        is_range = first < last
+        # A curve has two ends: those of a single value are its neighbours.
+        ends = (first, last) if is_range else (math.nextafter(first, -math.inf), math.nextafter(last, math.inf))
+        place = f"{tuning.parameter} {number(told.start.parameter, 13)} {unit}".rstrip()
+        where = "within it" if is_range else f"at {place}"
         for metric, sides in subject.constraints.items():
-            if not first < last:
-                continue
-            bounds = {"low": sides["min"], "high": sides["max"], "start": first, "stop": last}
+            bounds = {"low": sides["min"], "high": sides["max"], "start": ends[0], "stop": ends[1]}
             try:
                 part = _find_curve(subject, {**arguments, "metric": metric, "also": (), **bounds})
             except MotionError:
-                say(f"within it {metric}, which the study constrains, is undefined", "yellow")
+                say(f"{where} {metric}, which the study constrains, is undefined", "yellow")
                 continue
-            if [(own.start.parameter, own.stop.parameter) for own in part.intervals] != [(first, last)]:
+            if not any(own.start.parameter <= first <= last <= own.stop.parameter for own in part.intervals):
                 part = part.in_units(scales)
-                unit = shown_unit(part.curve.attrs["units"][part.parameter])
                 ranges = [(own.start.parameter, own.stop.parameter) for own in part.intervals]
                 places = ", ".join(f"{number(a, 13)} to {number(b, 13)} {unit}".rstrip() for a, b in ranges)
-                place = f"only for {tuning.parameter} {places}" if places else "nowhere"
-                say(f"within it the study's constraint {metric} {wanted_values(part)} holds {place}", "yellow")
+                holds = f"holds only for {tuning.parameter} {places}" if places else "holds nowhere"
+                verdict = holds if is_range else "does not hold"
+                say(f"{where} the study's constraint {metric} {wanted_values(part)} {verdict}", "yellow")
 
 
 def _print(tuning: Tuning, sentences: Mapping[str, str]) -> None:
