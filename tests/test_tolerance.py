@@ -133,6 +133,17 @@ def test_the_results_file_is_ranked_by_yield(folder, robustness):
         explore.tolerance(folder / "study.h5", path=folder / "study.h5", restart=True)
 
 
+def test_designs_of_the_results_file_keep_the_objectives_of_their_study(folder, robustness):
+    """A design as a study, a control curve, and an analysis with other tolerances."""
+    results = explore.open_results(folder / "robust.h5")
+    run("export", "robust.h5", "--design", 0, "-o", "one.toml", cwd=folder)
+    objectives = explore.load_study(folder / "one.toml").objectives
+    assert [each.metric for each in objectives] == ["cv", "swing_angle", "transmission_angle_min"]
+    assert run("tune", "robust.h5", "--design", 0, "--parameter", "crank", cwd=folder).stdout.startswith("cv exists")
+    again = explore.tolerance(results, {"crank": 0.1}, 0, draws=100)
+    assert tuple(again.designs.attrs["objectives"]) == results.objectives
+
+
 def test_a_metric_with_the_name_of_a_column_that_is_added_is_refused(tmp_path):
     formula = '[metrics]\ncv_worst = { formula = "2 * cv", unit = "1" }\n'
     sweep_text(tmp_path, f'{GOOD}[evaluate]\nmetrics = ["cv"]\n{formula}')

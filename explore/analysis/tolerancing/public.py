@@ -124,7 +124,7 @@ def plan_tolerances(
     study: Mapping[str, object] = source.sections.get("tolerances", {})
     chosen = make_tolerances(request.mechanism, {**study, **(tolerances or {})})
     frame = chosen_designs(source, designs)
-    objectives = tuple(parse_objective(text, source.senses, rankable_names(source)) for text in source.objectives)
+    objectives = tuple(parse_objective(text, source.senses, rankable_names(source)) for text in source.own_objectives)
     names = [column.name for column in source.columns if column.role == "parameter"]
     defaults = {t.parameter: request.mechanism.parameter(t.parameter).default for t in chosen}
     given = [

@@ -157,8 +157,8 @@ def _subject_of_results(
         "points": results.points,
         "target": results.target,
     }
-    others = results.given | set(parameters)
-    metrics = [name for name in (text.partition(":")[0] for text in results.objectives) if name not in others]
+    metrics = [text.partition(":")[0] for text in results.own_objectives]
+    metrics = [name for name in metrics if name not in parameters]
     constraints = {name: sides for name, sides in results.constraints.items() if name not in results.given}
     return _Subject(mechanism, parameters, units, metrics, constraints, arguments)
 

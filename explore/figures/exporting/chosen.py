@@ -60,7 +60,7 @@ class DesignOfResults:
         results = self.results
         row, sections = results.design(self.number), results.sections
         values = {column.name: row[column.name] for column in results.columns if column.role == "parameter"}
-        objectives = [text for text in results.objectives if text.partition(":")[0] not in results.given]
+        objectives = list(results.own_objectives)
         parts: dict[str, object] = {
             **mechanism_entries(mechanism_source(results)),
             **_value_entries(results.points, values),

@@ -46,6 +46,14 @@ class RecordedStudy:
         return frozenset(map(_metric, asked)) - set(map(_metric, computed))
 
     @property
+    def own_objectives(self) -> tuple[str, ...]:
+        """The objectives that the study computes; of tolerances those whose robust values are the file's."""
+        if self._layout.attributes.get("sampler") == "tolerances":
+            robust = (text.rpartition(":") for text in self.objectives if _metric(text) != "yield")
+            return tuple(f"{name.removesuffix('_robust')}:{sense}" for name, _, sense in robust)
+        return tuple(text for text in self.objectives if _metric(text) not in self.given)
+
+    @property
     def mechanism(self) -> str:
         """Name of the mechanism; empty if the file has none."""
         return str(self._layout.attributes.get("mechanism", ""))
