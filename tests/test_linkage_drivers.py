@@ -62,6 +62,14 @@ def test_a_driven_pin_in_the_frame():
         assert float(second) == pytest.approx(math.sqrt(50.0**2 - first**2), rel=1e-15)
 
 
+def test_paths_of_a_rod_whose_end_is_driven_in_the_frame_have_their_curvature():
+    """The ends run on two lines, and the middle on a circle of half the rod: the driven end is no pivot."""
+    links = {"rod": {"P": 0, "Q": "l", "M": "l / 2"}}
+    motion = explore.simulate(Linkage(DRIVEN_SLIDER | {"links": links}), {"t": 30.0, "l": 50.0}, angles=[20, 130, 300])
+    for point, curvature in (("P", 0.0), ("Q", 0.0), ("M", 1.0 / 25.0)):
+        assert motion[f"{point}_curvature"].abs().to_numpy() == pytest.approx([curvature] * 3, abs=1e-14), point
+
+
 def test_the_bar_of_a_trammel_draws_an_ellipse():
     """With slots, and with blocks that only translate: M is at ((m - l) cos, m sin) of the bar's angle."""
     blocks = trammel_of_blocks()

@@ -147,7 +147,7 @@ class Trace:
         """
         x, y = self.points[point]
         for body in self.table.links:
-            pivot = next((each for each in body.place_of if self._made_by.get(each) == FRAME), None)
+            pivot = next((each for each in body.place_of if each in self.table.frame.place_of), None)
             if point in body.place_of and pivot:
                 rate, arm = self.turning_of(body.name)[0], minus((x, y), self.points[pivot])
                 return rate * rate * rate * dot(arm, arm).terms[0]
