@@ -112,6 +112,20 @@ def test_what_cannot_be_read_is_said_in_a_line(tmp_path, text, reason):
         assert len(line) < 1500
 
 
+def test_a_slot_of_a_moving_link_is_along_the_joints_that_the_address_names():
+    """The lever's joints are C, E and D, and the slot of its block is along C and D; angles of such slots are 0."""
+    joints = "MA,,0,0,0.GB,,Fe,Fe,0.KC,,ku,0,0.GE,,_W,NS,0.GD,,si,VG,0.HP,,Fe,Fe,0,CD,C,D.."
+    links = "YRAB,,0,0,0,0,,A,B,,.YRCD,,0,0,0,0,,C,E,D,,.YPBP,,0,0,0,0,,B,P,,...N_k"
+    address = f"?00.CDG.j,0.100.{joints}{links}"
+    table = tomllib.loads(imported_study(address)[0])["linkage"]
+    lever, (start, end) = table["links"]["CD"], table["slots"]["P"]["along"]
+    line = complex(*lever["D"]) - lever["C"]
+    assert ((complex(*end) - complex(*start)) / line).imag == pytest.approx(0.0, abs=1e-9)
+    for damage in ("CD,C,C", "CD,C", "XY,C,D", "CD,C,B"):
+        with pytest.raises(RequestError, match="^PMKS.: the slot P of the address is damaged: "):
+            imported_study(address.replace("CD,C,D.", f"{damage}."))
+
+
 @given(st.data())
 @settings(max_examples=300, deadline=None)
 def test_damaged_texts_are_read_or_refused(tmp_path_factory, data):

@@ -29,7 +29,7 @@ class _Joint:
     name: str
     place: complex
     angle: float
-    carrier: str
+    slot: tuple[str, ...]  # of one that moves: the link that has it, and two joints of this along its line
 
 
 def read_pmks(text: str) -> Drawn:
@@ -67,8 +67,8 @@ def _joint(part: str, scale: float) -> tuple[str, _Joint]:
     if flags < 0 or len(tokens) < 5:
         raise RequestError(f"a joint of the address is damaged: {part[:40]}")
     x, y, angle = (_number(token) / 1000.0 for token in tokens[2:5])
-    carrier = tokens[5] if len(tokens) > 5 else ""
-    return tokens[0], _Joint(flags, tokens[1] or tokens[0], complex(x, y) * scale, angle, carrier)
+    slot = tuple(tokens[5:8]) if any(tokens[5:6]) else ()
+    return tokens[0], _Joint(flags, tokens[1] or tokens[0], complex(x, y) * scale, angle, slot)
 
 
 def _number(text: str) -> int:
@@ -117,10 +117,9 @@ def _add_piston(
         raise RequestError(
             f"{slot.name} is a driven slider or cylinder, which is not read; write it as travel in [linkage]"
         )
-    body = links[slot.carrier][0] if slot.carrier in links else FRAME
-    direction = cmath.rect(1.0, slot.angle)
-    if body != FRAME and len(places := drawn.links[body]) > 1:
-        direction = drawn.points[places[1]] - drawn.points[places[0]]
+    body, direction = FRAME, cmath.rect(1.0, slot.angle)
+    if slot.slot:
+        body, direction = _moving_slot(joints, links, slot)
     elif abs(math.remainder(slot.angle, math.pi / 2)) < _ROUNDING:
         direction = complex(round(direction.real), round(direction.imag))
     if not pin.flags & _WELDED:
@@ -129,6 +128,18 @@ def _add_piston(
     for name, points in list(drawn.links.items()):
         if pin.name in points and name not in (FRAME, body):
             drawn.slides[name] = (body, direction)
+
+
+def _moving_slot(
+    joints: dict[str, _Joint], links: dict[str, tuple[str, list[str]]], joint: _Joint
+) -> tuple[str, complex]:
+    """The link that has a slot, and the direction of its line, which two joints of the link tell."""
+    link, *ends = joint.slot
+    name, ids = links.get(link, ("", []))
+    places = [joints[end].place for end in ends if end in ids]
+    if len(places) != 2 or places[0] == places[1]:
+        raise RequestError(f"the slot {joint.name} of the address is damaged: two joints of a link have its line")
+    return name, places[1] - places[0]
 
 
 def _driver(joints: dict[str, _Joint], links: dict[str, tuple[str, list[str]]]) -> str:
