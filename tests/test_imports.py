@@ -126,6 +126,20 @@ def test_a_slot_of_a_moving_link_is_along_the_joints_that_the_address_names():
             imported_study(address.replace("CD,C,D.", f"{damage}."))
 
 
+def test_pylinkage_turns_clockwise_at_a_negative_rate_and_draws_sliders_on_their_lines(tmp_path):
+    data = json.loads((SAMPLES / "pylinkage-slider-crank.json").read_text())
+    (crank,) = (link for link in data["links"] if link["type"] == "driver")
+    (slider,) = (joint for joint in data["joints"] if joint["type"] == "prismatic")
+    crank["angular_velocity"] *= -1.0
+    (tmp_path / "file").write_text(json.dumps(data))
+    _, (remark, *_) = imported_study(str(tmp_path / "file"))
+    assert remark == "crank turns counter-clockwise here, and clockwise in pylinkage"
+    slider["line_point"][1] += 5.0
+    (tmp_path / "file").write_text(json.dumps(data))
+    with pytest.raises(RequestError, match="is not on its line; assemble the mechanism before you save it$"):
+        imported_study(str(tmp_path / "file"))
+
+
 @given(st.data())
 @settings(max_examples=300, deadline=None)
 def test_damaged_texts_are_read_or_refused(tmp_path_factory, data):

@@ -11,6 +11,9 @@ from explore.base.suggest import format_value
 from explore.mechanisms.linkages.table import FRAME
 from explore.studies.imports.drawn import Drawn, DrawnSlot
 
+#: Distance of a joint from its line over the largest coordinate that is rounding.
+_OFF = 1e-6
+
 _OLD_TYPES = ("Static", "Crank", "Revolute", "Fixed", "Linear", "Prismatic")
 
 
@@ -57,13 +60,24 @@ class _Reader:
             if joint.get("type") == "ground" and name not in drawn.links[FRAME]:
                 drawn.links[FRAME].append(name)
             if joint.get("type") == "prismatic":
-                axis = _vector(joint.get("axis", [1.0, 0.0]), f"the axis of {name}")
-                drawn.slots[f"{name}_slot"] = DrawnSlot(name, FRAME, axis)
+                drawn.slots[f"{name}_slot"] = DrawnSlot(name, FRAME, self._axis(joint, drawn.points[name]))
         for joint in trackers:
             self._add_tracker(joint)
         if not drawn.driver:
             raise RequestError("has no link of the type 'driver'; name the one that turns")
         return drawn
+
+    def _axis(self, joint: Mapping[str, Any], place: complex) -> complex:
+        """The direction of the line of a joint, which is to be on it."""
+        name = self._names[joint["id"]]
+        axis = _vector(joint.get("axis", [1.0, 0.0]), f"the axis of {name}")
+        if "line_point" in joint:
+            offset = place - _vector(joint["line_point"], f"the line_point of {name}")
+            if abs((offset * axis.conjugate()).imag) > _OFF * abs(axis) * max(map(abs, self._drawn.points.values())):
+                raise RequestError(
+                    f"the position of {name[:40]} is not on its line; assemble the mechanism before you save it"
+                )
+        return axis
 
     def _place(self, joint: Mapping[str, Any]) -> complex:
         position = joint.get("position")
@@ -90,6 +104,8 @@ class _Reader:
             motor = link.get("motor_joint")
             if isinstance(motor, str) and motor in self._joints and self._names[motor] not in self._drawn.links[FRAME]:
                 self._drawn.links[FRAME].append(self._names[motor])
+        if kind == "driver" and _number(link.get("angular_velocity", 1.0), f"the angular_velocity of {name}") < 0.0:
+            self._drawn.remarks.append(f"{name} turns counter-clockwise here, and clockwise in pylinkage")
         if kind == "arc_driver":
             self._drawn.remarks.append(f"{name} turns fully here, and to and fro between two angles in pylinkage")
 
