@@ -10,8 +10,8 @@ from test_synthesis_poses import random_motion, reference
 
 import explore
 from explore.base.errors import ConfigError
-from explore.synthesis.defects import OTHER_BRANCH, OTHER_CIRCUIT, PASSES, SENTENCES, WRONG_ORDER
-from explore.synthesis.guidance import PivotBox, find_pairs
+from explore.synthesis.defects import OTHER_BRANCH, OTHER_CIRCUIT, PASSES, SENTENCES, WRONG_ORDER, find_passage
+from explore.synthesis.guidance import PivotBox, _examined, find_pairs
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.pose_fits import PoseBounds, fit_poses, lever_of
 from explore.synthesis.poses import Poses
@@ -65,16 +65,17 @@ def test_small_linkages_of_three_poses_are_found_where_links_may_be_long():
 
 
 def test_linkages_of_1000_motions_are_among_the_pairs():
-    """With the fate that the source has: one branch, and in order by construction."""
+    """With the fate of the source: one branch, and in order unless the crank would pass angles that it cannot reach."""
     rng = np.random.default_rng(41)
     for _ in range(1000):
-        linkage, poses, *_ = random_motion(rng, 5)
+        linkage, poses, _, _, angles = random_motion(rng, 5)
         pairs = find_pairs(poses, np.inf)
         apart = np.abs(pairs.fixed[0] - linkage.crank_pivot) + np.abs(pairs.fixed[1] - linkage.rocker_pivot)
         row = int(apart.argmin())
         assert apart[row] < 1e-5
         assert pairs.lengths[:, row] == pytest.approx(linkage.lengths, rel=1e-5)
-        assert pairs.fates[row] == PASSES
+        turned = linkage.points(np.linspace(angles[0], angles[-1], 2000))
+        assert (pairs.fates[row] == PASSES) == np.isfinite(turned).all()
         assert pairs.turning[row] == linkage.is_crank_turning
         assert pairs.branches[row] == linkage.branch
 
@@ -120,6 +121,28 @@ def test_defects_are_told():
     pairs = find_pairs(other, np.inf)
     row = int((np.abs(pairs.fixed[0] - linkage.crank_pivot) + np.abs(pairs.fixed[1] - linkage.rocker_pivot)).argmin())
     assert pairs.fates[row] == WRONG_ORDER
+
+
+@pytest.mark.parametrize(
+    ("rocker_pivot", "lengths", "degrees", "fate"),
+    [
+        (8.0, (4.0, 5.0, 4.5), (-50, 50, 20), WRONG_ORDER),  # the crank cannot point away from the ground
+        (8.0, (4.0, 5.0, 4.5), (-50, 20, 50), PASSES),
+        (2.0, (4.0, 5.5, 2.5), (150, 200, 240), PASSES),  # nor along it
+        (2.0, (4.0, 5.5, 2.5), (240, 150, 200), WRONG_ORDER),
+        (4.0, (4.2, 3.5, 1.5), (30, 40, -30), OTHER_CIRCUIT),  # neither
+        (4.0, (4.2, 3.5, 1.5), (30, 45, 38), WRONG_ORDER),
+    ],
+)
+def test_cranks_that_do_not_turn_pass_poses_in_their_range(rocker_pivot, lengths, degrees, fate):
+    """Where the crank would pass angles out of its reach the poses are not in order, or on two circuits."""
+    linkage = FourBar(0j, complex(rocker_pivot), *lengths, 0.4 + 0.3j)
+    angles = np.radians(degrees)
+    pins, ends = linkage.crank_pins(angles), linkage.rocker_pins(angles)
+    assert np.isfinite(ends).all()
+    poses = Poses(linkage.points(angles), np.angle(ends - pins))
+    pairs = _examined(poses, np.array([[0j], [rocker_pivot + 0j]]), np.array([[pins[0]], [ends[0]]]))
+    assert pairs.fates.tolist() == [fate] == [find_passage(linkage, linkage.points(angles)).fate]
 
 
 def planted_motion(rng):

@@ -151,15 +151,26 @@ def _examined(poses: Poses, fixed: ComplexArray, moving: ComplexArray) -> Pairs:
             (coupler**2 + rocker**2 - side**2) / (2.0 * coupler * rocker) for side in (ground - crank, ground + crank)
         ]
         worst = np.arccos(np.abs(np.array(cosines)).max(axis=0))
-    in_order = _in_order(np.angle(pins - fixed[0]))
     one_side = (sides == sides[0]).all(axis=0)
+    passes, one_circuit = _passed(np.angle((pins - fixed[0]) * (fixed[1] - fixed[0]).conj()), lengths)
     # The two branches of a crank that turns are two circuits.
-    fates = np.where(one_side, np.where(in_order, PASSES, WRONG_ORDER), np.where(turning, OTHER_CIRCUIT, OTHER_BRANCH))
+    one_circuit &= one_side | ~turning
+    fates = np.where(one_side, np.where(passes, PASSES, WRONG_ORDER), OTHER_BRANCH)
+    fates = np.where(one_circuit, fates, OTHER_CIRCUIT)
     return Pairs(fixed, moving, fates, turning, np.where(turning, worst, np.nan), sides[0])
 
 
-def _in_order(angles: FloatArray) -> BoolArray:
-    """Whether the crank's angles, (poses, n), go one way within a turn."""
-    steps = np.diff(angles, axis=0) % (2.0 * np.pi)
-    forwards, backwards = steps.sum(axis=0), (-steps % (2.0 * np.pi)).sum(axis=0)
-    return np.asarray(np.minimum(forwards, backwards) < 2.0 * np.pi)
+def _passed(angles: FloatArray, lengths: FloatArray) -> tuple[BoolArray, BoolArray]:
+    """Whether the crank's angles from the frame, (poses, n), go one way, and whether one range of the crank has them.
+
+    The crank passes the angle 0 if coupler and rocker reach over the short distance there, and half a turn if they do
+    over the long one. Where it passes neither, angles of both signs are on two circuits.
+    """
+    crank, coupler, rocker, ground = lengths
+    is_ahead, is_back = np.abs(crank - ground) >= np.abs(coupler - rocker), crank + ground <= coupler + rocker
+    steps = np.diff(np.where(is_back & ~is_ahead, angles % (2.0 * np.pi), angles), axis=0)
+    one_way = (steps > 0.0).all(axis=0) | (steps < 0.0).all(axis=0)
+    forwards, backwards = ((sense * steps % (2.0 * np.pi)).sum(axis=0) for sense in (1.0, -1.0))
+    within_turn = np.minimum(forwards, backwards) < 2.0 * np.pi
+    one_sign = (np.sign(angles) == np.sign(angles[0])).all(axis=0)
+    return np.where(is_ahead & is_back, within_turn, one_way), is_ahead | is_back | one_sign
