@@ -2,19 +2,23 @@
 
 import re
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from explore.cli.completion import complete_mechanisms
+from explore.cli.completion import complete_mechanisms, complete_objectives
 
-ResultsArgument = Annotated[
-    Path | None, typer.Argument(metavar="RESULTS", help="A results file; by default the newest results/*.h5.")
-]
+# What several commands call the same, each with a help of its own.
+output_option = partial(typer.Option, "-o", "--output")
+objective_option = partial(typer.Option, autocompletion=complete_objectives)
+results_argument = partial(typer.Argument, metavar="RESULTS")
+
+ResultsArgument = Annotated[Path | None, results_argument(help="A results file; by default the newest results/*.h5.")]
 DesignResultsArgument = Annotated[
     Path | None,
-    typer.Argument(metavar="RESULTS", help="A results file with the design; by default the newest results/*.h5."),
+    results_argument(help="A results file with the design; by default the newest results/*.h5."),
 ]
 DesignOption = Annotated[
     int | None, typer.Option(min=0, help="The design of the results; by default the best of the Pareto set.")

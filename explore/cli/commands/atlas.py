@@ -6,15 +6,14 @@ from typing import Annotated
 
 import typer
 
+from explore.cli.options import output_option
 from explore.cli.output import count_of, say
 from explore.cli.paths import check_results_file
 from explore.cli.workers import EventPrinter, QuietOption, WorkerOptions, WorkersOption
 
 
 def atlas(
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Results file; by default results/atlas.h5.")
-    ] = None,
+    output: Annotated[Path | None, output_option(help="Results file; by default results/atlas.h5.")] = None,
     count: Annotated[
         int, typer.Option(min=1, max=10_000_000, help="Number of linkages, a power of two at best.")
     ] = 65_536,

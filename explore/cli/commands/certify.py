@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from explore.cli.options import JsonOption, ResultsArgument
+from explore.cli.options import JsonOption, ResultsArgument, output_option
 from explore.cli.output import count_of, number, say
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
@@ -36,8 +36,7 @@ def certify(
     units: UnitsOption = None,
     as_json: JsonOption = False,
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="Also write verdicts and enclosures, as .csv, .json, .md or .parquet."),
+        Path | None, output_option(help="Also write verdicts and enclosures, as .csv, .json, .md or .parquet.")
     ] = None,
 ) -> None:
     """Prove what results say of designs, in ball arithmetic: numbers, feasibility, and that none is dominated."""

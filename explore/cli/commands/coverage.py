@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from explore.base.errors import RequestError
-from explore.cli.options import JsonOption
+from explore.cli.options import JsonOption, output_option
 from explore.cli.output import announce_compiling, number, print_json, say
 from explore.cli.paths import FIGURE_ENDINGS, check_output, refuse_overwriting
 from explore.cli.table_files import with_units
@@ -36,7 +36,7 @@ def coverage(
             help="A study with several cranks, a coupler range and optional transmission-angle bounds.",
         ),
     ],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Also draw it: FILE.png, .svg or .pdf.")] = None,
+    output: Annotated[Path | None, output_option(help="Also draw it: FILE.png, .svg or .pdf.")] = None,
     units: UnitsOption = None,
     as_json: JsonOption = False,
 ) -> None:

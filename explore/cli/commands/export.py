@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from explore.base.errors import RequestError
-from explore.cli.options import DesignOption, DesignResultsArgument, MechanismOption, PointOption
+from explore.cli.options import DesignOption, DesignResultsArgument, MechanismOption, PointOption, output_option
 from explore.cli.output import announce_compiling, say
 from explore.cli.paths import check_output, newest_results
 from explore.cli.settings import list_settings, parse_points, parse_settings
@@ -27,11 +27,9 @@ def export(
     points: PointOption = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option(
-            "-o",
-            "--output",
+        output_option(
             help="A file, as often as wanted: the design as a study .toml; its motion .csv, .hdf5, .mat; the drawing "
-            ".dxf, .svg; the mechanism moving .gif, .mp4, .animated.svg.",
+            ".dxf, .svg; the mechanism moving .gif, .mp4, .animated.svg."
         ),
     ] = None,
 ) -> None:

@@ -3,9 +3,7 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from explore.cli.options import ResultsArgument
+from explore.cli.options import ResultsArgument, output_option
 from explore.cli.output import say
 from explore.cli.paths import check_results_file, newest_results, packed_name
 from explore.cli.progress import block_bar
@@ -14,7 +12,7 @@ from explore.cli.progress import block_bar
 def pack(
     results: ResultsArgument = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="The copy; by default NAME.packed.h5 beside the results.")
+        Path | None, output_option(help="The copy; by default NAME.packed.h5 beside the results.")
     ] = None,
 ) -> None:
     """Write a compressed copy of finished results, which every command reads like the original."""

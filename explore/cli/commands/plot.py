@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,7 @@ import typer
 from explore.base.errors import RequestError
 from explore.base.suggest import suggestion
 from explore.cli.completion import complete_columns
+from explore.cli.options import output_option, results_argument
 from explore.cli.output import announce_compiling, say
 from explore.cli.paths import FIGURE_ENDINGS, check_output, newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
@@ -33,6 +35,8 @@ KINDS = {
 #: Kinds that simulate a design, which needs the kernels.
 _SIMULATED_KINDS = ("motion", "mechanism", "path", "cognates", "burmester", "dwell")
 
+_column_option = partial(typer.Option, metavar="COLUMN", autocompletion=complete_columns)
+
 
 def plot(
     kind: Annotated[
@@ -45,24 +49,14 @@ def plot(
     ],
     results: Annotated[
         list[Path] | None,
-        typer.Argument(
-            metavar="RESULTS",
-            help="A results file, of pareto several together; by default the newest results/*.h5.",
-        ),
+        results_argument(help="A results file, of pareto several together; by default the newest results/*.h5."),
     ] = None,
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="FILE.png, .svg or .pdf; by default results/NAME-KIND.png."),
+        Path | None, output_option(help="FILE.png, .svg or .pdf; by default results/NAME-KIND.png.")
     ] = None,
-    x: Annotated[
-        str | None, typer.Option(metavar="COLUMN", autocompletion=complete_columns, help="The horizontal axis.")
-    ] = None,
-    y: Annotated[
-        str | None, typer.Option(metavar="COLUMN", autocompletion=complete_columns, help="The vertical axis.")
-    ] = None,
-    metric: Annotated[
-        str | None, typer.Option(metavar="COLUMN", autocompletion=complete_columns, help="The colours.")
-    ] = None,
+    x: Annotated[str | None, _column_option(help="The horizontal axis.")] = None,
+    y: Annotated[str | None, _column_option(help="The vertical axis.")] = None,
+    metric: Annotated[str | None, _column_option(help="The colours.")] = None,
     design: Annotated[
         int | None, typer.Option(min=0, help="The design to draw or mark; by default the best of the Pareto set.")
     ] = None,

@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from explore.cli.completion import complete_objectives
-from explore.cli.options import JsonOption, ResultsArgument
+from explore.cli.options import JsonOption, ResultsArgument, objective_option, output_option
 from explore.cli.output import announce_compiling, number
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.table_files import check_table, tell_designs, with_labels, with_units
@@ -22,15 +21,14 @@ def polish(
     ] = None,
     metric: Annotated[
         str | None,
-        typer.Option(
-            autocompletion=complete_objectives,
-            help="What to improve: NAME, NAME:min or NAME:max; by default the first objective of the study.",
+        objective_option(
+            help="What to improve: NAME, NAME:min or NAME:max; by default the first objective of the study."
         ),
     ] = None,
     units: UnitsOption = None,
     as_json: JsonOption = False,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Also write the designs, as .csv, .json, .md or .parquet.")
+        Path | None, output_option(help="Also write the designs, as .csv, .json, .md or .parquet.")
     ] = None,
 ) -> None:
     """Improve designs in one objective as far as the constraints allow."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from explore.base.errors import RequestError
-from explore.cli.options import JsonOption
+from explore.cli.options import JsonOption, output_option
 from explore.cli.output import announce_compiling, print_json, say, say_missing_peers
 from explore.cli.paths import atomic_files
 from explore.cli.progress import progress_bar
@@ -34,9 +34,7 @@ def precision(
         list[str] | None,
         typer.Argument(metavar="SCENE", help="Names of bundled scenes, or .toml files; by default all bundled ones."),
     ] = None,
-    output: Annotated[Path, typer.Option("-o", "--output", help="The folder for tables and charts.")] = Path(
-        "results/precision"
-    ),
+    output: Annotated[Path, output_option(help="The folder for tables and charts.")] = Path("results/precision"),
     as_json: JsonOption = False,
 ) -> None:
     """Chart the cost of each method of solving the motion against its error."""

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from explore.base.errors import RequestError
-from explore.cli.completion import complete_objectives
 from explore.cli.explanations import explain_ranking
 from explore.cli.nearness import print_nearest
-from explore.cli.options import JsonOption
+from explore.cli.options import JsonOption, objective_option, output_option, results_argument
 from explore.cli.output import count_of, is_or_are, number, say
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
@@ -36,17 +35,13 @@ DEFAULT_LINES = 10
 def rank(
     results: Annotated[
         list[Path] | None,
-        typer.Argument(
-            metavar="RESULTS",
-            help="Results files, several of them ranked together; by default the newest results/*.h5.",
-        ),
+        results_argument(help="Results files, several of them ranked together; by default the newest results/*.h5."),
     ] = None,
     metric: Annotated[
         list[str] | None,
-        typer.Option(
-            autocompletion=complete_objectives,
+        objective_option(
             help="NAME, NAME:min or NAME:max. Once: order the Pareto set by it. Several times: replace the study's "
-            "objectives.",
+            "objectives."
         ),
     ] = None,
     where: Annotated[
@@ -87,7 +82,7 @@ def rank(
     units: UnitsOption = None,
     as_json: JsonOption = False,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Also write the Pareto set, as .csv, .json, .md or .parquet.")
+        Path | None, output_option(help="Also write the Pareto set, as .csv, .json, .md or .parquet.")
     ] = None,
 ) -> None:
     """Print the Pareto-optimal designs, best first."""

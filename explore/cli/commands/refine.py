@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from explore.cli.completion import complete_objectives
+from explore.cli.options import objective_option, output_option, results_argument
 from explore.cli.output import count_of, say
 from explore.cli.paths import check_output
 from explore.cli.workers import (
@@ -28,16 +28,11 @@ if TYPE_CHECKING:
 
 
 def refine(
-    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="A finished results file.")],
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="New results file; by default RESULTS-refined.h5.")
-    ] = None,
+    results: Annotated[Path, results_argument(help="A finished results file.")],
+    output: Annotated[Path | None, output_option(help="New results file; by default RESULTS-refined.h5.")] = None,
     metric: Annotated[
         list[str] | None,
-        typer.Option(
-            autocompletion=complete_objectives,
-            help="NAME, NAME:min or NAME:max, two or more: objectives in place of the study's.",
-        ),
+        objective_option(help="NAME, NAME:min or NAME:max, two or more: objectives in place of the study's."),
     ] = None,
     evaluations: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="Number of designs to evaluate; default: 262,144.")

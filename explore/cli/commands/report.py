@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from explore.base.errors import RequestError
+from explore.cli.options import output_option, results_argument
 from explore.cli.output import announce_compiling, say
 from explore.cli.paths import check_output, newest_results, refuse_overwriting
 from explore.cli.progress import progress_bar
@@ -26,14 +25,11 @@ _ENDINGS = (".html", ".htm")
 def report(
     results: Annotated[
         list[Path] | None,
-        typer.Argument(
-            metavar="RESULTS",
-            help="Results files, several of one mechanism on one page; by default the newest results/*.h5.",
+        results_argument(
+            help="Results files, several of one mechanism on one page; by default the newest results/*.h5."
         ),
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="FILE.html; by default results/NAME-report.html.")
-    ] = None,
+    output: Annotated[Path | None, output_option(help="FILE.html; by default results/NAME-report.html.")] = None,
     units: UnitsOption = None,
 ) -> None:
     """Write the results as one interactive page for a browser, and print its name."""

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from explore.cli.completion import complete_objectives
-from explore.cli.options import JsonOption, ResultsArgument
+from explore.cli.options import JsonOption, ResultsArgument, objective_option, output_option
 from explore.cli.output import number, print_json, say
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.table_files import check_outputs, write_output
@@ -31,10 +30,7 @@ def sensitivity(
     results: ResultsArgument = None,
     metric: Annotated[
         list[str] | None,
-        typer.Option(
-            autocompletion=complete_objectives,
-            help="A metric to apportion, several times for several; by default the study's objectives.",
-        ),
+        objective_option(help="A metric to apportion, several times for several; by default the study's objectives."),
     ] = None,
     evaluations: Annotated[
         int | None,
@@ -48,8 +44,7 @@ def sensitivity(
     scheduler: SchedulerOption = None,
     as_json: JsonOption = False,
     output: Annotated[
-        list[Path] | None,
-        typer.Option("-o", "--output", help="Also write the indices: a figure .png, .svg, .pdf; .csv, .json, .md."),
+        list[Path] | None, output_option(help="Also write the indices: a figure .png, .svg, .pdf; .csv, .json, .md.")
     ] = None,
 ) -> None:
     """Show which parameters decide on feasibility, and on metrics where designs are feasible."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from explore.base.errors import RequestError
-from explore.cli.options import JsonOption, ResultsArgument
+from explore.cli.options import JsonOption, ResultsArgument, output_option
 from explore.cli.output import count_of, number, print_json, say, shown_unit
 from explore.cli.paths import check_output, newest_results, refuse_overwriting
 from explore.cli.side_by_side import design_table, print_designs, print_json_designs
@@ -34,9 +34,7 @@ def show(
     ] = None,
     units: UnitsOption = None,
     as_json: JsonOption = False,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Also write the designs, as .csv, .json or .md.")
-    ] = None,
+    output: Annotated[Path | None, output_option(help="Also write the designs, as .csv, .json or .md.")] = None,
 ) -> None:
     """Show the contents of a results file, one design in full, or several with their differences."""
     path = results or newest_results()

@@ -13,7 +13,7 @@ import typer
 from explore.base.errors import MotionError, RequestError
 from explore.base.json_text import json_text
 from explore.cli.completion import complete_mechanisms
-from explore.cli.options import JsonOption, PointOption
+from explore.cli.options import JsonOption, PointOption, output_option
 from explore.cli.output import announce_compiling, count_of, print_json, say
 from explore.cli.paths import check_new_file, refuse_overwriting
 from explore.cli.settings import Places, list_settings, parse_points, parse_settings
@@ -46,7 +46,7 @@ def simulate(
         str, typer.Option(help="Solver: closed-form, or newton, rk45 … of its loops, see `explore precision`.")
     ] = "closed-form",
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="The file, CSV unless it ends in .json; by default stdout.")
+        Path | None, output_option(help="The file, CSV unless it ends in .json; by default stdout.")
     ] = None,
     units: UnitsOption = None,
     as_json: JsonOption = False,

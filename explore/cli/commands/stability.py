@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from explore.cli.completion import complete_mechanisms
-from explore.cli.options import JsonOption
+from explore.cli.options import JsonOption, output_option
 from explore.cli.output import announce_compiling, print_json, say, say_missing_peers
 from explore.cli.paths import atomic_files
 from explore.cli.progress import progress_bar
@@ -33,8 +33,7 @@ def stability(
         ),
     ] = DEFAULT_MECHANISM,
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="The folder for tables and charts; by default results/stability-NAME."),
+        Path | None, output_option(help="The folder for tables and charts; by default results/stability-NAME.")
     ] = None,
     accuracy: Annotated[
         float, typer.Option(min=1e-14, max=0.1, help="Largest error that still counts as accurate.")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from explore.base.errors import RequestError
-from explore.cli.options import JsonOption, KeepOption, ServerOption, TokenFileOption
+from explore.cli.options import JsonOption, KeepOption, ServerOption, TokenFileOption, output_option
 from explore.cli.output import count_of, print_json, say
 
 if TYPE_CHECKING:
@@ -51,9 +51,7 @@ def submit(
     priority: Annotated[int, typer.Option(min=1, max=9, help="1 runs first, 9 last.")] = 5,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Show what would be computed, and queue nothing.")] = False,
     wait: Annotated[bool, typer.Option("--wait", help="Wait until the job ends.")] = False,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Wait, and fetch the results into this file.")
-    ] = None,
+    output: Annotated[Path | None, output_option(help="Wait, and fetch the results into this file.")] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Queue a study, a task or a refinement at a service, which runs it."""

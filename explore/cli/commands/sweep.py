@@ -10,7 +10,7 @@ import typer
 
 from explore.cli.explanations import explain_unreachable
 from explore.cli.nearness import summarise_nearest
-from explore.cli.options import KeepOption
+from explore.cli.options import KeepOption, output_option
 from explore.cli.output import announce_compiling, complain, count_of, number, say
 from explore.cli.paths import check_results_file, refuse_overwriting
 from explore.cli.tables import print_table
@@ -33,9 +33,7 @@ if TYPE_CHECKING:
 
 def sweep(
     config: Annotated[Path, typer.Argument(metavar="STUDY", help="The study, a TOML file.")],
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Results file; by default results/NAME.h5.")
-    ] = None,
+    output: Annotated[Path | None, output_option(help="Results file; by default results/NAME.h5.")] = None,
     workers: WorkersOption = None,
     processes: ProcessesOption = False,
     scheduler: SchedulerOption = None,

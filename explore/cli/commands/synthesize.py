@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from explore.cli.options import JsonOption
+from explore.cli.options import JsonOption, output_option
 from explore.cli.output import announce_compiling, count_of, number, print_json, say
 from explore.cli.paths import check_new_file, check_results_file, refuse_overwriting
 from explore.cli.progress import block_bar
@@ -32,9 +32,7 @@ _SCREENED = "screened"
 
 def synthesize(
     task: Annotated[Path, typer.Argument(metavar="TASK", help="A task file; `explore init --task` writes one.")],
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Results file; by default results/TASK.h5.")
-    ] = None,
+    output: Annotated[Path | None, output_option(help="Results file; by default results/TASK.h5.")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Check the task and say what would be searched.")] = False,
     restart: Annotated[bool, typer.Option("--restart", help="Move an existing results file aside.")] = False,
     as_json: JsonOption = False,

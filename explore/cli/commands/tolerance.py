@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from explore.base.errors import RequestError
-from explore.cli.options import JsonOption, ResultsArgument
+from explore.cli.options import JsonOption, ResultsArgument, output_option
 from explore.cli.output import count_of, number, print_json, say, shown_unit
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
@@ -55,10 +55,8 @@ def tolerance(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 0,
     output: Annotated[
         list[Path] | None,
-        typer.Option(
-            "-o",
-            "--output",
-            help="Also write the designs: a results file .h5; .csv, .json, .md, .parquet; a figure .png, .svg, .pdf.",
+        output_option(
+            help="Also write the designs: a results file .h5; .csv, .json, .md, .parquet; a figure .png, .svg, .pdf."
         ),
     ] = None,
     units: UnitsOption = None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +13,7 @@ import typer
 
 from explore.base.errors import MotionError, RequestError
 from explore.cli.completion import complete_metrics, complete_parameters
-from explore.cli.options import DesignOption, DesignResultsArgument, JsonOption, MechanismOption
+from explore.cli.options import DesignOption, DesignResultsArgument, JsonOption, MechanismOption, output_option
 from explore.cli.output import announce_compiling, number, print_json, say, shown_unit
 from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.settings import list_settings, number_or_text, parse_settings
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 #: Number of lines of the printed table.
 _N_LINES = 11
+
+_value_option = partial(typer.Option, metavar="VALUE")
 
 
 def tune(
@@ -45,10 +48,8 @@ def tune(
             help="The metric whose range is wanted, by default the first objective. Again: show this one too.",
         ),
     ] = None,
-    low: Annotated[
-        str | None, typer.Option("--from", metavar="VALUE", help="The smallest wanted value; a unit may follow.")
-    ] = None,
-    high: Annotated[str | None, typer.Option("--to", metavar="VALUE", help="The largest wanted value.")] = None,
+    low: Annotated[str | None, _value_option("--from", help="The smallest wanted value; a unit may follow.")] = None,
+    high: Annotated[str | None, _value_option("--to", help="The largest wanted value.")] = None,
     window: Annotated[
         str | None,
         typer.Option(help="With --mechanism: the part of the turn of statistics; by default the mechanism's own."),
@@ -56,15 +57,10 @@ def tune(
     drive: Annotated[
         str | None, typer.Option(help='With --mechanism: the stroke that the window "drive" means.')
     ] = None,
-    start: Annotated[
-        str | None, typer.Option(metavar="VALUE", help="The smallest value of the parameter to look at.")
-    ] = None,
-    stop: Annotated[
-        str | None, typer.Option(metavar="VALUE", help="The largest value of the parameter to look at.")
-    ] = None,
+    start: Annotated[str | None, _value_option(help="The smallest value of the parameter to look at.")] = None,
+    stop: Annotated[str | None, _value_option(help="The largest value of the parameter to look at.")] = None,
     output: Annotated[
-        list[Path] | None,
-        typer.Option("-o", "--output", help="Also write the curve: a figure .png, .svg, .pdf; .csv, .json, .md."),
+        list[Path] | None, output_option(help="Also write the curve: a figure .png, .svg, .pdf; .csv, .json, .md.")
     ] = None,
     units: UnitsOption = None,
     as_json: JsonOption = False,
