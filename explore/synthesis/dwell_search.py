@@ -16,7 +16,7 @@ from explore.synthesis.dwell_motions import ACROSS, ALONG, GROUND, slider_motion
 from explore.synthesis.dwell_points import couplers, five_position_points
 from explore.synthesis.dwell_polishing import Polished, polish
 from explore.synthesis.dwells import Dwell, fit_circles, measure_slider
-from explore.synthesis.linkages import ComplexArray, FourBar
+from explore.synthesis.linkages import ComplexArray, FourBar, distinct
 
 #: Number of crank-rockers that are drawn.
 N_DRAWN = 8_000
@@ -59,12 +59,12 @@ def find_dwells(task: DwellTask, count: int = 5, seed: int = 0) -> list[Dwell]:
     for n_steps, weight, n_kept in _STAGES:
         fits = _best(fit(task, fits, n_steps, weight), n_kept + _MORE * count)
     polished = [polish(task, numbers, side) for numbers, side in zip(fits.numbers, fits.sides, strict=True)]
-    found: list[Polished] = []
-    for each in sorted(polished, key=lambda each: each.cost):
-        if all(np.abs(each.numbers - other.numbers).max() > _SAME for other in found):
-            found.append(each)
-    measured = (_dwell(task, each) for each in found)
-    return [each for each in measured if each is not None]
+
+    def are_same(one: Polished, other: Polished) -> bool:
+        return bool(np.abs(one.numbers - other.numbers).max() <= _SAME)
+
+    found = distinct(sorted(polished, key=lambda each: each.cost), are_same)
+    return [dwell for each in found if (dwell := _dwell(task, each)) is not None]
 
 
 def _best(fits: Fits, count: int) -> Fits:

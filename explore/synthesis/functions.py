@@ -62,10 +62,10 @@ def fit_four_bar(inputs: FloatArray, outputs: FloatArray) -> FourBarGenerator:
     # K3 is a mean, so that this is the mean square distance of the pins over the pairs.
     square = crank**2 + rocker**2 + 1.0 - 2.0 * crank * rocker * k3
     lengths = np.array([crank, float(np.sqrt(square)), rocker])
-    return FourBarGenerator(crank, lengths[1].item(), rocker, _branch_of(lengths, inputs, outputs))
+    return FourBarGenerator(crank, lengths[1].item(), rocker, branch_of(lengths, inputs, outputs))
 
 
-def _branch_of(lengths: FloatArray, inputs: FloatArray, outputs: FloatArray) -> int:
+def branch_of(lengths: FloatArray, inputs: FloatArray, outputs: FloatArray) -> int:
     """The branch with the smaller errors."""
     errors = [np.nanmean(np.abs(wrapped(output_angles(lengths, inputs, b) - outputs))) for b in (1, -1)]
     return 1 if errors[0] <= errors[1] else -1

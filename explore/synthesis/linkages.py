@@ -3,7 +3,9 @@
 Points of the plane are complex numbers.
 """
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +13,7 @@ import numpy.typing as npt
 from explore.model.quantities import FloatArray
 
 ComplexArray = npt.NDArray[np.complex128]
+_Found = TypeVar("_Found")
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,15 @@ def driven_by_rocker(linkage: FourBar) -> FourBar:
         1.0 - linkage.point,
         -linkage.branch,
     )
+
+
+def distinct(found: Iterable[_Found], are_same: Callable[[_Found, _Found], bool]) -> list[_Found]:
+    """Those that are not the same as one before them."""
+    kept: list[_Found] = []
+    for each in found:
+        if not any(are_same(each, other) for other in kept):
+            kept.append(each)
+    return kept
 
 
 def is_alike(one: FourBar, other: FourBar, tolerance: float) -> bool:

@@ -117,7 +117,8 @@ def find_dyads(poses: Poses) -> list[Dyad]:
     centre = poses.points.mean()
     # Poses about one point have no size of their own.
     scale = float(np.abs(poses.points - centre).max()) or 1.0
-    _check(poses, scale)
+    if reason := problem_of(poses, scale):
+        raise RequestError(reason)
     small = Poses((poses.points - centre) / scale, poses.angles)
     # A turned frame, so that no root has the same x as another by symmetry.
     turn = np.exp(0.7j)
@@ -136,16 +137,17 @@ def find_dyads(poses: Poses) -> list[Dyad]:
     return found
 
 
-def _check(poses: Poses, scale: float) -> None:
-    """Refuse poses that determine no isolated dyads."""
+def problem_of(poses: Poses, scale: float, same: float = _SAME) -> str:
+    """Why poses determine no isolated dyads, empty if they do; `same` is the difference of equal ones over scale."""
     turns = np.exp(1j * poses.angles)
     for one in range(len(turns)):
         for other in range(one):
             apart = abs(poses.points[one] - poses.points[other]) / scale
-            if max(apart, abs(turns[one] - turns[other])) <= _SAME:
-                raise RequestError(f"poses {other + 1} and {one + 1} are alike; remove one or move it")
-    if np.abs(turns - turns[0]).max() <= _SAME:
-        raise RequestError("all poses have the same angle: translations single out no pivots; turn one of them")
+            if max(apart, abs(turns[one] - turns[other])) <= same:
+                return f"poses {other + 1} and {one + 1} are alike; remove one or move it"
+    if np.abs(turns - turns[0]).max() <= same:
+        return "all poses have the same angle: translations single out no pivots; turn one of them"
+    return ""
 
 
 def _coefficients(poses: Poses) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 
 from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
-from explore.synthesis.linkages import ComplexArray
+from explore.synthesis.linkages import ComplexArray, distinct
 from explore.synthesis.slider_cranks import SliderCrank
 from explore.synthesis.slider_path_fitting import (
     ACROSS,
@@ -242,13 +242,10 @@ def _solution(task: SliderPathTask, middle: complex, sense: int, numbers: FloatA
 
 def distinct_paths(found: Sequence[SliderPath]) -> list[SliderPath]:
     """Solutions that differ, best first."""
-    distinct: list[SliderPath] = []
-    for solution in sorted(found, key=lambda each: each.error_rms):
-        if not any(_is_same(solution.linkage, other.linkage) for other in distinct):
-            distinct.append(solution)
-    return distinct
 
+    def are_same(first: SliderPath, second: SliderPath) -> bool:
+        one, other = first.linkage, second.linkage
+        apart = max(abs(one.crank_pivot - other.crank_pivot), abs(one.crank - other.crank), abs(one.rod - other.rod))
+        return apart <= _SAME * (one.crank + one.rod)
 
-def _is_same(one: SliderCrank, other: SliderCrank) -> bool:
-    apart = max(abs(one.crank_pivot - other.crank_pivot), abs(one.crank - other.crank), abs(one.rod - other.rod))
-    return apart <= _SAME * (one.crank + one.rod)
+    return distinct(sorted(found, key=lambda each: each.error_rms), are_same)

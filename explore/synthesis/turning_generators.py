@@ -18,6 +18,7 @@ from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
 from explore.synthesis.functions import FourBarGenerator, wrapped
 from explore.synthesis.levenberg_marquardt import Kept, Rows, Stepped, gauss_newton, improve
+from explore.synthesis.linkages import distinct
 
 LOG_RATIO, LEAST, LARGEST, START = range(4)
 _N_NUMBERS = 4
@@ -114,11 +115,8 @@ def find_turning_generators(task: FunctionTask) -> list[FoundGenerator]:
     batch = _Batch(*(np.concatenate(columns) for columns in zip(*starts, strict=True)))
     batch, costs = _fit(coarse, batch, _COARSE[1])
     batch, costs = _fit(task, batch.rows(np.argsort(costs, kind="stable")[: _FINE[0]]), _FINE[1])
-    found: list[FoundGenerator] = []
-    for row in np.argsort(costs, kind="stable"):
-        candidate = _found(task, batch.rows(np.array([row])))
-        if candidate is not None and not any(is_same(candidate, other) for other in found):
-            found.append(candidate)
+    candidates = (_found(task, batch.rows(np.array([row]))) for row in np.argsort(costs, kind="stable"))
+    found = distinct((each for each in candidates if each is not None), is_same)
     if not found:
         raise RequestError(f"no four-bar whose crank turns has links within a ratio of {task.link_ratio_max:g}")
     return sorted(found, key=lambda each: each.error_rms)

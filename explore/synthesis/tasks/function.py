@@ -17,8 +17,9 @@ from explore.model.targets import FunctionTarget
 from explore.studies.request.target_entries import read_rows
 from explore.studies.request.target_files import FileColumn
 from explore.synthesis.candidates import SOLUTION, Candidates
-from explore.synthesis.functions import FourBarGenerator, fit_four_bar, wrapped
+from explore.synthesis.functions import FourBarGenerator, branch_of, fit_four_bar, wrapped
 from explore.synthesis.laws import Law, chebyshev_points, formula_law, remarks_on_angles, table_law
+from explore.synthesis.linkages import distinct
 from explore.synthesis.tasks.contract import MOST_CANDIDATES, Task, TaskSections, TaskType
 from explore.synthesis.tasks.placed_four_bars import FORMULAS, LENGTHS, FourBarBounds
 from explore.synthesis.tasks.sections import SectionReader
@@ -118,25 +119,20 @@ class _Search:
             except RequestError as error:
                 if floor == asked:
                     return [], [str(error)]
-        distinct: list[FoundGenerator] = []  # one may be best with several bounds
-        for each in sorted(found, key=lambda each: each.error_rms):
-            if not any(is_same(each, other) for other in distinct):
-                distinct.append(each)
-        return distinct, [f"{tried}: those of least error, each a local optimum"]
+        best = distinct(sorted(found, key=lambda each: each.error_rms), is_same)  # one may be best with several bounds
+        return best, [f"{tried}: those of least error, each a local optimum"]
 
     def _at_precision_points(self, starts: tuple[float, float]) -> FoundGenerator:
         """The linkage of Freudenstein's equation with given starts; lengths are positive."""
         x = chebyshev_points(self.law.first, self.law.last, self.n_points)
         inputs = starts[0] + self.law.inputs(x, self.turns[0])
         fitted = fit_four_bar(inputs, starts[1] + self.law.outputs(x, self.turns[1]))
-        generator = FourBarGenerator(abs(fitted.crank), fitted.coupler, abs(fitted.rocker), fitted.branch)
+        lengths = abs(fitted.crank), fitted.coupler, abs(fitted.rocker)
         # A negative length is a link in the opposite direction.
         turned = starts[0] + math.pi * (fitted.crank < 0.0), starts[1] + math.pi * (fitted.rocker < 0.0)
-        if fitted.rocker < 0.0:
-            generator = _nearer_branch(generator, inputs + turned[0] - starts[0], fitted.outputs(inputs) + math.pi)
-        elif fitted.crank < 0.0:
-            generator = _nearer_branch(generator, inputs + math.pi, fitted.outputs(inputs))
-        return FoundGenerator(generator, *turned, math.nan, math.nan)
+        outputs = fitted.outputs(inputs) + turned[1] - starts[1]
+        branch = branch_of(np.array(lengths), inputs + turned[0] - starts[0], outputs)
+        return FoundGenerator(FourBarGenerator(*lengths, branch), *turned, math.nan, math.nan)
 
     @property
     def target(self) -> FunctionTarget:
@@ -144,12 +140,6 @@ class _Search:
         x = self.law.even(_N_ASKED)
         turned = self.law.inputs(x, self.turns[0]), self.law.outputs(x, self.turns[1])
         return FunctionTarget(tuple(zip(*np.degrees(turned).tolist(), strict=True)))
-
-
-def _nearer_branch(generator: FourBarGenerator, inputs: Any, outputs: Any) -> FourBarGenerator:
-    """The generator on the branch that has these outputs."""
-    both = [FourBarGenerator(generator.crank, generator.coupler, generator.rocker, branch) for branch in (1, -1)]
-    return min(both, key=lambda each: float(np.nanmean(np.abs(wrapped(each.outputs(inputs) - outputs)))))
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:

@@ -16,7 +16,7 @@ from explore.synthesis import defects
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.guidance import Pairs, PivotBox, find_pairs
 from explore.synthesis.pose_fits import PoseBounds, fit_poses
-from explore.synthesis.poses import Poses
+from explore.synthesis.poses import Poses, problem_of
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
 from explore.synthesis.tasks.pivot_boxes import Box, pivot_bounds, read_box
 from explore.synthesis.tasks.placed_four_bars import (
@@ -50,6 +50,8 @@ _PASSAGE = GivenMetric(replace(PASSAGE, long_name="whether the crank takes the b
 _ADDED = (SOLUTION, _PASSAGE.column)
 #: Rounding by which an exact candidate may miss, over the size of the poses and in rad.
 _ROUNDING = 1e-6
+#: Reason against poses without a size.
+_ONE_PLACE = "all poses have the same place: the body turns about it; give the places of another of its points"
 #: Distance of pivots over the size of the poses up to which candidates are alike and one of them is enough.
 _ALIKE = 0.1
 
@@ -262,26 +264,11 @@ def _read_poses(sections: TaskSections, problems: Problems) -> tuple[Sequence[Se
         return (), None
     x, y, degrees = np.array(places).T
     poses = Poses(x + 1j * y, np.radians(degrees))
-    reason = _problem_of(poses)
-    if reason:
+    size = float(max(np.ptp(x), np.ptp(y)))
+    if reason := problem_of(poses, size, _ROUNDING) if size else _ONE_PLACE:
         sections.target.note("file" if "file" in entries else "poses", reason)
         return (), None
     return places, poses
-
-
-def _problem_of(poses: Poses) -> str:
-    """Why the poses determine no linkages; empty if they do."""
-    points, turns = poses.points, np.exp(1j * poses.angles)
-    size = max(np.ptp(points.real), np.ptp(points.imag))
-    if size == 0.0:
-        return "all poses have the same place: the body turns about it; give the places of another of its points"
-    for one in range(len(points)):
-        for other in range(one):
-            if abs(points[one] - points[other]) <= _ROUNDING * size and abs(turns[one] - turns[other]) <= _ROUNDING:
-                return f"poses {other + 1} and {one + 1} are alike; remove one or move it"
-    if np.abs(turns - turns[0]).max() <= _ROUNDING:
-        return "all poses have the same angle: translations single out no pivots; turn one of them"
-    return ""
 
 
 TYPE = TaskType("motion", "a four-bar whose coupler carries a body through poses", _read)

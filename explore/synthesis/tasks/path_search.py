@@ -15,7 +15,7 @@ from explore.model.targets import PathTarget
 from explore.synthesis.candidates import Candidates
 from explore.synthesis.cognates import find_cognates
 from explore.synthesis.defects import find_passage
-from explore.synthesis.linkages import ComplexArray, FourBar, is_alike
+from explore.synthesis.linkages import ComplexArray, FourBar, distinct, is_alike
 from explore.synthesis.tasks.pivot_boxes import Box
 from explore.synthesis.tasks.placed_four_bars import PlacedFourBar, candidates_of
 
@@ -134,11 +134,7 @@ class PathSearch:
 
 def _distinct(solutions: Sequence[PathSolution]) -> list[PathSolution]:
     """Linkages that differ, best first: one may be best with several bounds, and a cognate of one that was found."""
-    kept: list[PathSolution] = []
-    for solution in sorted(solutions, key=lambda each: each.error):
-        if not any(_is_same(solution, other) for other in kept):
-            kept.append(solution)
-    return kept
+    return distinct(sorted(solutions, key=lambda each: each.error), _is_same)
 
 
 def _is_same(one: PathSolution, other: PathSolution) -> bool:
