@@ -13,6 +13,7 @@ from explore.figures.charts.motion import motion_figure
 from explore.figures.simulation import SimulatedDesign
 from explore.mechanisms.registry import MECHANISMS
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Pose, Profile, Vector
+from explore.studies.request.names import find_mechanism
 from explore.testing.drawing import broken_links
 from explore.testing.subject import Subject
 
@@ -123,3 +124,46 @@ def test_forces_are_drawn_for_loaded_designs_only():
         motion = explore.simulate("test-rig", {**plain, **load})
         figure = motion_figure(SimulatedDesign(RIG, {**plain, **load}, motion))
         assert len(figure.axes) == labels
+
+
+@pytest.mark.parametrize("angle", [0.0, 77.0, 240.64, 300.0])
+def test_pitch_curves_touch_on_the_line_of_centres(angle):
+    """The pitch curves of gears in mesh touch at the pitch point and roll."""
+    gears = MECHANISMS["gears"]
+    design = {"growth": 1.44, "sector": 4.2, "centre_distance": 150.0}
+    turn = np.append(np.linspace(0.0, 359.0, 360), angle)
+    simulated = SimulatedDesign(gears, design, explore.simulate("gears", design, angles=turn))
+    driver, driven = gears.drawing.profiles
+    now = simulated.pose([angle])
+    curves = [profile_curve(simulated.pose(), now, profile, gears.drawing) for profile in (driver, driven)]
+    radius = now.lengths["driver_radius"][0]
+    for curve in curves:
+        assert curve[-1] == pytest.approx([radius, 0.0], abs=1e-10)  # rounding of angles in degrees
+    # The curves roll: pieces of equal length have passed, so their tangents at the pitch point are one line.
+    step = 1e-4
+    moved = simulated.pose([angle - step, angle + step])
+    chords = [profile_curve(moved, now, profile, gears.drawing) for profile in (driver, driven)]
+    first, second = (np.diff(chord, axis=0)[0] for chord in chords)
+    assert first == pytest.approx(second, abs=1e-7 * np.hypot(*first) + step**2)
+
+
+PLACED = {
+    "crank-rocker": {"crank": 100, "coupler": 300, "rocker": 250, "ground": 350, "M_along": 120, "M_across": 40},
+    "slider-crank": {"crank": 50, "rod": 200, "offset": 20, "M_along": 120, "M_across": 40},
+}
+
+
+@pytest.mark.parametrize("name", PLACED)
+def test_a_placed_drawing_is_turned_and_shifted(name):
+    """All of it, as one body."""
+    mechanism, parameters = find_mechanism(name, ("M",)), PLACED[name]
+    motion = explore.simulate(name, parameters, points={"M": (120, 40)}, angles=np.linspace(0.0, 350.0, 36))
+    signals = {str(column): motion[column].to_numpy() for column in motion}
+    pose = Pose.of(mechanism.signals, parameters, signals, motion.index.to_numpy())
+    plain, placed = mechanism.drawing, mechanism.drawing.placed(70.0, -30.0, 25.0)
+    turn = np.exp(1j * np.radians(25.0))
+    for point, places in pose.points(plain).items():
+        expected = 70.0 - 30.0j + turn * (places @ [1.0, 1.0j])
+        # a few roundings of angles of 500 deg
+        assert np.abs(pose.points(placed)[point] @ [1.0, 1.0j] - expected).max() < 1e-11
+    assert [guide.angle for guide in placed.guides] == [guide.angle + 25.0 for guide in plain.guides]

@@ -1,4 +1,4 @@
-"""Exponential, logarithm, sine, tangent and the like without branches, against 40 digits of mpmath."""
+"""Exponential, logarithm, sine, tangent, arctangent and the like without branches, against 40 digits of mpmath."""
 
 import math
 
@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from explore.base.lanes.arctangent import arctangent
 from explore.base.lanes.elementary import (
     cosine,
     exponential,
@@ -19,11 +20,12 @@ from explore.base.lanes.elementary import (
 )
 
 
-def ulps(function, exact, x):
+def ulps(function, exact, *numbers):
     """Error of one value in units of its last place."""
     with mpmath.workdps(40):
-        true = exact(mpmath.mpf(float(x)))
-        return abs(float((mpmath.mpf(function(x)) - true) / math.ulp(float(true))))
+        numbers = [float(number) for number in numbers]
+        true = exact(*map(mpmath.mpf, numbers))
+        return abs(float((mpmath.mpf(function(*numbers)) - true) / math.ulp(float(true))))
 
 
 def test_the_exponential_is_within_one_unit_in_the_last_place():
@@ -115,3 +117,37 @@ def test_the_tangent_and_its_poles():
     near = np.pi / 2 + np.concatenate([[0.0], rng.choice([-1.0, 1.0], 500) * 2.0 ** rng.uniform(-52.0, -10.0, 500)])
     assert max(ulps(tangent, mpmath.tan, x) for x in near) <= 3.0
     assert all(tangent(-x) == -tangent(x) for x in numbers)
+
+
+def test_the_arctangent_is_within_two_units_in_the_last_place():
+    rng = np.random.default_rng(3)
+    angles = np.concatenate(
+        [rng.uniform(-np.pi, np.pi, 20_000), *(k * np.pi / 8 + rng.normal(0, 1e-9, 300) for k in range(-8, 9))]
+    )
+    sizes = 10.0 ** rng.uniform(-100, 100, len(angles))
+    worst = max(
+        ulps(arctangent, mpmath.atan2, s * np.sin(a), s * np.cos(a)) for s, a in zip(sizes, angles, strict=True)
+    )
+    assert worst <= 2.0
+
+
+def test_small_angles_keep_their_digits():
+    for exponent in range(1, 300, 7):
+        assert ulps(arctangent, mpmath.atan2, 10.0**-exponent, 1.0) <= 1.0
+        assert ulps(arctangent, mpmath.atan2, -(10.0**-exponent), 3.0) <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("y", "x", "angle"),
+    [
+        (0.0, 1.0, 0.0), (1.0, 0.0, np.pi / 2), (0.0, -1.0, np.pi), (-1.0, 0.0, -np.pi / 2),
+        (1.0, 1.0, np.pi / 4), (1.0, -1.0, 3 * np.pi / 4), (-1.0, -1.0, -3 * np.pi / 4), (-1.0, 1.0, -np.pi / 4),
+    ],
+)  # fmt: skip
+def test_axes_and_diagonals_are_exact(y, x, angle):
+    assert arctangent(y, x) == angle
+
+
+@pytest.mark.parametrize(("y", "x"), [(0.0, 0.0), (np.nan, 1.0), (1.0, np.nan), (np.inf, np.inf)])
+def test_vectors_without_an_angle_give_nan(y, x):
+    assert math.isnan(arctangent(y, x))

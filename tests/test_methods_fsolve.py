@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from loop_cases import four_bars
 from test_methods import BENIGN, turn
+from test_methods_newton import from_published_start
 
 from explore.comparison.methods.closed_form import ClosedForm
 from explore.comparison.methods.contract import Level, Outcome
@@ -44,9 +44,7 @@ def test_a_blocked_crank_does_not_converge():
 
 def test_an_inexact_start_is_corrected():
     """The start of the published study, whose angles are rounded degrees."""
-    lengths, angle = np.array([[100.0, 1083.4236, 541.7118, 691.7118]]), np.full((1, 1), np.pi / 2)
-    task = four_bars(lengths, 1.0, angle, Level.POSITIONS, np.array([[0.2966, 0.8897]]))
-    angles = Fsolve(1e-10).solve(task).signals[:, 0, 0]
+    angles = Fsolve(1e-10).solve(from_published_start(100.0, (0.2966, 0.8897))).signals[:, 0, 0]
     assert angles == pytest.approx([0.2985139259147518, 0.8832418337186799], abs=1e-12)
 
 

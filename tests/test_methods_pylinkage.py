@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from loop_cases import four_bars
 from test_methods import BENIGN, SKIPS, differences, turn
+from test_methods_newton import EXPONENTS, NEAR_CHANGE_POINT, wrong_velocities
 
 from explore.base.errors import RequestError
 from explore.comparison.methods.closed_form import ClosedForm
@@ -13,16 +14,6 @@ from explore.comparison.methods.contract import Level, Outcome
 from explore.comparison.methods.dyads import PylinkageDyads
 
 pytestmark = SKIPS["pylinkage"]
-#: Exponents k of Grashof margins 2**-k mm, which are exact because the lengths are dyadic.
-EXPONENTS = np.arange(46)
-NEAR_CHANGE_POINT = np.array([[150.0 - 2.0**-k, 1083.5, 541.75, 691.75] for k in EXPONENTS])
-
-
-def silently_wrong(task):
-    """Outcome of each design, and whether it is reported ok with a velocity error above a thousandth."""
-    motion, closed = PylinkageDyads().solve(task), ClosedForm().solve(task)
-    errors = np.abs(motion.signals[2:] - closed.signals[2:]).max(axis=(0, 2))
-    return motion.outcome, (motion.outcome == Outcome.OK) & (errors > 1e-3)
 
 
 def test_unequal_steps_are_solved_one_by_one():
@@ -39,14 +30,14 @@ def test_a_task_of_one_angle():
 
 def test_the_nearest_intersection_is_on_the_wrong_branch():
     """A turn of 73 steps crosses 360 degrees; on branch -1 the other branch is nearer at margins up to 2**-5 mm."""
-    outcome, wrong = silently_wrong(turn(NEAR_CHANGE_POINT, -1.0, 74, Level.VELOCITIES))
+    outcome, wrong = wrong_velocities(PylinkageDyads(), turn(NEAR_CHANGE_POINT, -1.0, 74, Level.VELOCITIES))
     assert (outcome == Outcome.OK).all()
     assert EXPONENTS[wrong].tolist() == list(range(5, 46))
 
 
 def test_circles_that_nearly_touch_have_no_velocity():
     """A turn of 72 steps contains 360 degrees; at margins up to 2**-30 mm the velocity is NaN there, and reported."""
-    outcome, wrong = silently_wrong(turn(NEAR_CHANGE_POINT, 1.0, 73, Level.VELOCITIES))
+    outcome, wrong = wrong_velocities(PylinkageDyads(), turn(NEAR_CHANGE_POINT, 1.0, 73, Level.VELOCITIES))
     assert (outcome == np.where(EXPONENTS < 30, Outcome.OK, Outcome.NOT_FINITE)).all()
     assert not wrong.any()
 

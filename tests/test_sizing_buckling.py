@@ -6,17 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_bvp
 from scipy.optimize import minimize_scalar
+from test_sizing import MODULUS, STRESS, close, positive_numbers
 
 from explore import sizing
 
-# The formulas are a dozen operations.
-EXACT = 1e-12
-STRESS, MODULUS, LENGTH = 116.7, 206e3, 1271.5
-positive_numbers = st.floats(1e-2, 1e4)
-
-
-def close(value, text, tolerance=EXACT):
-    assert value == pytest.approx(float(text), rel=tolerance, abs=0.0)
+LENGTH = 1271.5
 
 
 def test_euler_force_is_the_eigenvalue_of_the_beam_equation():

@@ -29,7 +29,7 @@ def arctangent(y, x):
     """Angle of the vector (x, y), rad, between -pi and pi; NaN for the null vector.
 
     A polynomial after the reduction to at most tan(pi/8) by the octant; one division. Within 2 units in the last place
-    (``tests/test_arctangent.py``).
+    (``tests/test_elementary.py``).
     """
     width, height = abs(x), abs(y)
     # max and min could return the other argument for a NaN
