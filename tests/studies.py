@@ -1,5 +1,7 @@
 """Study texts that several tests change, and the sweep of one."""
 
+import pytest
+
 import explore
 
 #: The smallest valid study: one design.
@@ -124,6 +126,16 @@ def sweep_text(folder, text, name="study", **options):
     """The results of the study of a text, written beside it."""
     (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     return explore.sweep(explore.load_study(folder / f"{name}.toml"), folder / f"{name}.h5", **options)
+
+
+def swept(text, name="study", give=lambda results: results):
+    """A fixture of a module: what to give of the results of the study of a text, which are not to be changed."""
+
+    @pytest.fixture(scope="module")
+    def results(tmp_path_factory):
+        return give(sweep_text(tmp_path_factory.mktemp(name), text, name))
+
+    return results
 
 
 def synthesize_text(folder, text, name="task", **options):

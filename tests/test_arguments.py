@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from studies import sweep_text
+from studies import swept
 
 import explore
 
@@ -24,13 +24,7 @@ transmission_angle_min = { min = 20 }
 metrics = ["swing_angle:max", "transmission_angle_min:max"]
 """
 LINKS = {"crank": 50.0, "coupler": 300.0, "rocker": 160.0, "ground": 280.0}
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("arguments")
-    sweep_text(folder, STUDY)
-    return str(folder / "study.h5")
+results = swept(STUDY, give=lambda results: str(results.path))
 
 
 WRONG = {

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from stopping import interrupt
-from studies import sweep_text
+from studies import swept
 
 import explore
 from explore.base.errors import RequestError, ResultsError
@@ -25,13 +25,7 @@ coupler = 1000
 rocker = 500
 ground = [700, 720]
 """
-
-
-@pytest.fixture(scope="module")
-def path(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("index")
-    sweep_text(folder, STUDY, "grid")
-    return folder / "grid.h5"
+path = swept(STUDY, "grid", give=lambda results: results.path)
 
 
 @pytest.fixture

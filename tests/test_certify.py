@@ -16,7 +16,7 @@ from exact_linkage import ExactLinkage
 from exact_slider_crank import SIGNALS as SLIDERS
 from exact_slider_crank import ExactSliderCrank
 from flint import arb, ctx
-from studies import box, sweep_text
+from studies import box, swept
 
 import explore
 from explore.analysis.certifying.arcs import window_arc
@@ -371,11 +371,7 @@ transmission_angle_max = { max = 150 }
 [rank]
 metrics = ["cv", "swing_angle:max", "transmission_angle_min:max"]
 """)
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    return sweep_text(tmp_path_factory.mktemp("certify"), STUDY)
+results = swept(STUDY)
 
 
 def test_a_front_is_proved(results):

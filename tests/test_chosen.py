@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from studies import sweep_text
+from studies import swept
 
 import explore
 from explore.base.errors import NothingFeasibleWarning, RequestError, ResultsError
@@ -36,11 +36,7 @@ transmission_angle_min = { min = "0.5 rad" }
 [rank]
 metrics = ["cv", "reach:min"]
 """
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    return sweep_text(tmp_path_factory.mktemp("chosen"), STUDY)
+results = swept(STUDY)
 
 
 def test_the_request_of_results_is_that_of_their_study(results):

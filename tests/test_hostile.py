@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from command_line import assert_refused, call
 from store_files import unseal
-from studies import GOOD, sweep_text
+from studies import GOOD, swept
 
 import explore
 
@@ -94,11 +94,8 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.fixture(scope="module")
-def sound(tmp_path_factory):
-    """A finished sweep of one design."""
-    folder = tmp_path_factory.mktemp("sound")
-    return sweep_text(folder, GOOD, "sound").path
+#: A finished sweep of one design.
+sound = swept(GOOD, "sound", give=lambda results: results.path)
 
 
 @pytest.mark.parametrize("name", NAMES)

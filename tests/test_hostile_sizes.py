@@ -9,7 +9,7 @@ import pytest
 from command_line import assert_refused, call
 from damage_worker import Worker
 from store_files import N_BLOCKS, fill, still_pending, unseal, values, writer
-from studies import FEW, GOOD, sweep_text
+from studies import FEW, GOOD, swept
 
 import explore
 from explore.base.errors import ConfigError, ResultsError
@@ -182,12 +182,7 @@ def test_studies_of_too_many_designs(tmp_path, command, old, new, message):
 
 
 # --- sparse results files ---------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def sound(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("sound")
-    return sweep_text(folder, FEW, "sound").path
+sound = swept(FEW, "sound", give=lambda results: results.path)
 
 
 def stretched(sound, path, n_designs, words, block_size=65_536, **attributes):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from studies import sweep_text
+from studies import sweep_text, swept
 
 import explore
 from explore.base.errors import RequestError
@@ -25,11 +25,7 @@ swing_angle = { min = 15 }
 [rank]
 metrics = ["cv", "swing_angle:max"]
 """
-
-
-@pytest.fixture(scope="module")
-def grid(tmp_path_factory):
-    return sweep_text(tmp_path_factory.mktemp("map"), GRID, "grid")
+grid = swept(GRID, "grid")
 
 
 def mesh_of(chart, dimensions=2):

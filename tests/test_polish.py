@@ -7,17 +7,13 @@ import numpy as np
 import pytest
 from command_line import call
 from scipy.optimize import linprog
-from studies import published_box, sweep_text
+from studies import published_box, sweep_text, swept
 
 import explore
 from explore.analysis.refining.polishing import polish
 
 STUDY = published_box(4096)
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    return sweep_text(tmp_path_factory.mktemp("polish"), STUDY)
+results = swept(STUDY)
 
 
 def test_the_published_bounds_hold_a_cv_of_0_353912252(results):

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from command_line import call
-from studies import sweep_text
+from studies import swept
 
 import explore
 from explore.results.ranking import violations
@@ -35,14 +35,7 @@ transmission_angle_max = { max = 135 }
 """
 CONSTRAINTS = ("swing_angle", "time_ratio", "transmission_angle_max", "transmission_angle_min")
 MARGINS = [f"{metric}_margin" for metric in CONSTRAINTS]
-
-
-@pytest.fixture(scope="module")
-def wiper(tmp_path_factory):
-    """A finished sweep without a feasible design, not to be changed."""
-    folder = tmp_path_factory.mktemp("wiper")
-    sweep_text(folder, WIPER, "wiper")
-    return folder / "wiper.h5"
+wiper = swept(WIPER, "wiper", give=lambda results: results.path)
 
 
 def brute_force(frame, margins=MARGINS):

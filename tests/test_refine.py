@@ -13,7 +13,7 @@ import pytest
 from command_line import call, run
 from distributed import Client, LocalCluster
 from stopping import Stop, digest, stop
-from studies import box, sweep_text
+from studies import box, sweep_text, swept
 
 import explore
 from explore.analysis.refining import runs as refinements
@@ -36,11 +36,7 @@ metrics = ["cv", "mean_output_ratio:max", "transmission_angle_min:max"]
 REFERENCE = (0.47, -0.01, -20.0)
 #: Designs of the refinements: eighteen generations of 256, the last one short.
 N = 4500
-
-
-@pytest.fixture(scope="module")
-def source(tmp_path_factory):
-    return sweep_text(tmp_path_factory.mktemp("source"), STUDY)
+source = swept(STUDY)
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import pytest
 from command_line import call, run
 from distributed import Client, LocalCluster
 from stopping import interrupt
-from studies import published_box, sweep_text
+from studies import published_box, sweep_text, swept
 
 import explore
 from explore.analysis.sensitivity.given_data import first_order
@@ -28,11 +28,7 @@ STUDY = published_box(65_536)
 LIMITS = {"transmission_angle_min": {"min": 30}, "transmission_angle_max": {"max": 150}}
 #: Evaluations of the classical indices in tests of anything but their values.
 FEW = 6000
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    return sweep_text(tmp_path_factory.mktemp("sensitivity"), STUDY)
+results = swept(STUDY)
 
 
 def evaluate(function, dimensions, evaluations, seed=0):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from command_line import run
 from refinable import BASE, TASK
-from studies import FEW, sweep_text
+from studies import FEW, swept
 from waiting import wait_until
 
 from explore.base.errors import ConfigError, RequestError, ResultsError
@@ -23,13 +23,8 @@ from explore.synthesis.tasks.task_files import TaskFile, parse_task, task_starte
 
 #: A text of a path, whose search takes seconds.
 PATH_TASK = task_starter("path")
-
-
-@pytest.fixture(scope="module")
-def base(tmp_path_factory):
-    """The results of the study to refine."""
-    folder = tmp_path_factory.mktemp("base")
-    return sweep_text(folder, BASE, "base").path
+#: The results of the study to refine.
+base = swept(BASE, "base", give=lambda results: results.path)
 
 
 @pytest.fixture

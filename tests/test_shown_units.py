@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from studies import FEW, sweep_text
+from studies import FEW, swept
 
 import explore
 from explore.base.units.quantities import quantity, unit_factor
@@ -162,9 +162,7 @@ def test_numbers_are_read_in_the_shown_unit():
             scale.read(text)
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    return sweep_text(tmp_path_factory.mktemp("few"), FEW, "few")
+results = swept(FEW, "few")
 
 
 def test_results_are_shown_in_the_chosen_units(results):

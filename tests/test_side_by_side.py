@@ -8,7 +8,7 @@ from unittest import mock
 import numpy as np
 import pytest
 from command_line import call, run
-from studies import sweep_text
+from studies import swept
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -21,11 +21,7 @@ transmission_angle_min = { min = 15 }
 """
 #: The first two designs move; the third is at a change point, where nothing is defined.
 MOVING = ("0", "1")
-
-
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    return sweep_text(tmp_path_factory.mktemp("compared"), STUDY, "three")
+results = swept(STUDY, "three")
 
 
 def show(results, *options, **settings):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from command_line import assert_refused, call
 from store_files import fill, sha256, values, writer
-from studies import grid, sweep_text
+from studies import grid, swept
 
 import explore
 from explore.base import files
@@ -267,14 +267,8 @@ def test_only_unfinished_files_of_ours_are_cleaned_up(tmp_path):
 
 
 # --- exports ---------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def ranked(tmp_path_factory):
-    """A folder with a finished sweep."""
-    folder = tmp_path_factory.mktemp("exports")
-    sweep_text(folder, STUDY, "grid")
-    return folder
+#: A folder with a finished sweep.
+ranked = swept(STUDY, "grid", give=lambda results: results.path.parent)
 
 
 EXPORTS = {

@@ -13,7 +13,7 @@ from matplotlib.colors import to_hex
 from scipy.special import ndtr
 from scipy.stats import binomtest
 from stopping import interrupt
-from studies import GOOD, sweep_text
+from studies import GOOD, sweep_text, swept
 
 import explore
 from explore import charts
@@ -49,13 +49,7 @@ crank = 0.5
 coupler = { plus_minus = "2 mm", distribution = "uniform" }
 rocker = 0.5
 """
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("tolerance")
-    sweep_text(folder, STUDY)
-    return folder
+folder = swept(STUDY, give=lambda results: results.path.parent)
 
 
 @pytest.fixture(scope="module")
