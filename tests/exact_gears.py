@@ -5,11 +5,12 @@ end where the law changes, of a train also where that of its second pair does, o
 becomes the fastest.
 """
 
-from functools import cache, cached_property
+from functools import cached_property
 from itertools import pairwise
 
 import mpmath as mp
 import numpy as np
+from exact_slider_crank import gauss_legendre
 from gear_pair import GearPair
 from numpy.polynomial.legendre import leggauss
 
@@ -29,15 +30,9 @@ _SMOOTHSTEPS = {
 }
 
 
-@cache
-def _rule():
-    """24 nodes and weights between -1 and 1."""
-    return mp.calculus.quadrature.GaussLegendre(mp.mp).calc_nodes(4, mp.mp.prec)
-
-
 def _gauss(function, start, stop):
     half, centre = (stop - start) / 2, (stop + start) / 2
-    values = [(half * weight, function(centre + half * x)) for x, weight in _rule()]
+    values = [(half * weight, function(centre + half * x)) for x, weight in gauss_legendre()]
     return sum(w * v for w, v in values), sum(w * v * v for w, v in values)
 
 

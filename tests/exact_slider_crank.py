@@ -72,7 +72,7 @@ class ExactSliderCrank:
     def _panel(self, start, stop):
         """Nodes, weights and motions of one panel."""
         half, centre = (stop - start) / 2, (stop + start) / 2
-        return [(centre + half * x, half * w, self._known(centre + half * x)) for x, w in _rule()]
+        return [(centre + half * x, half * w, self._known(centre + half * x)) for x, w in gauss_legendre()]
 
     def _extremes(self, s, angles):
         """Smallest and largest value of a signal, its stationary angles found as roots of its rate."""
@@ -94,6 +94,6 @@ class ExactSliderCrank:
 
 
 @cache
-def _rule():
+def gauss_legendre():
     """24 nodes and weights of the Gauss-Legendre rule on [-1, 1]."""
     return mpmath.calculus.quadrature.GaussLegendre(mpmath.mp).calc_nodes(4, mpmath.mp.prec)

@@ -1,7 +1,5 @@
 """Functions that end a computation in its middle, and the digest of the file that it leaves."""
 
-import hashlib
-
 from explore.running.blocks import evaluate_block
 
 
@@ -24,7 +22,3 @@ def poisoned(*_):
 def poisoned_at_1(request, space, number, objectives):
     """Evaluate a block, unless it is the second."""
     return poisoned() if number == 1 else evaluate_block(request, space, number, objectives)
-
-
-def digest(path):
-    return hashlib.sha256(path.read_bytes()).hexdigest()

@@ -44,6 +44,12 @@ def are_proved(certificates):
     return bool((certificates.is_proved & certificates.is_distinct & known).all())
 
 
+def parameters_of(points):
+    """The parameters of the equations of nine points."""
+    vectors = points[1:] - points[0]
+    return np.concatenate([vectors, vectors.conj()]) / np.abs(vectors).mean()
+
+
 def least_ordered(squares):
     """The least sum over all orders of the columns in both senses, by brute force."""
     count = squares.shape[1]

@@ -18,6 +18,12 @@ from explore.cli.paths import atomic_files
 from explore.comparison import random_starts, stability, timing
 from explore.comparison.methods.registry import METHODS
 
+#: A scene of its own file.
+MINE = (
+    'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1083\nrocker = 541\nground = 691\n'
+    '[scene]\ntitle = "Mine"\nabout = "A test."\nmodel = "positions"\nquestion = "Where is it?"\n'
+)
+
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
@@ -56,10 +62,7 @@ def test_precision_writes_tables_and_charts_and_prints_the_fastest(methods):
 
 
 def test_precision_of_a_scene_file_as_json(folder, methods):
-    (folder / "mine.toml").write_text(
-        'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1083\nrocker = 541\nground = 691\n'
-        '[scene]\ntitle = "Mine"\nabout = "A test."\nmodel = "positions"\nquestion = "Where is it?"\n'
-    )
+    (folder / "mine.toml").write_text(MINE)
     code, out, err = call("precision", "mine.toml", "--json", "-o", "tables", seconds=300)
     assert code == 0, err
     tables = json.loads(out)
@@ -82,12 +85,8 @@ def test_wrong_requests_write_nothing(arguments, words):
 
 
 def test_scenes_with_the_same_chart_name_are_refused(folder):
-    text = (
-        'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1083\nrocker = 541\nground = 691\n'
-        '[scene]\ntitle = "Mine"\nabout = "A test."\nmodel = "positions"\nquestion = "Where is it?"\n'
-    )
     for name in ("smooth", "overview"):
-        (folder / f"{name}.toml").write_text(text)
+        (folder / f"{name}.toml").write_text(MINE)
         reply = call("precision", "smooth", f"{name}.toml", "-o", "tables")
         assert_refused(reply, 2, f"error: two charts would be named '{name}'; give the scene's file another name\n")
     assert not Path("tables").exists()

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from command_line import assert_refused, call, on_terminal
-from studies import box, sweep_text
+from studies import box, sweep_text, swept
 
 import explore
 from explore.base.json_text import json_text
@@ -36,13 +36,8 @@ def wide_terminal(monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
 
 
-@pytest.fixture(scope="module")
-def sweep_folder(tmp_path_factory):
-    """A finished sweep of some thousand designs, not to be changed."""
-    folder = tmp_path_factory.mktemp("swept")
-    (folder / "study.toml").write_text(STUDY)
-    explore.sweep(explore.load_study(folder / "study.toml"), folder / "all.h5")
-    return folder
+#: A folder with a finished sweep of some thousand designs.
+sweep_folder = swept(STUDY, "all", give=lambda results: results.path.parent)
 
 
 def records(*arguments):

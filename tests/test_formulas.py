@@ -9,7 +9,7 @@ import pytest
 from command_line import call
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from studies import FEW, GOOD, sweep_text
+from studies import FEW, GOOD, sweep_text, swept
 
 import explore
 from explore.model.status import Status
@@ -298,16 +298,11 @@ def test_python_reports_mistakes_by_argument():
 # --- studies and files ------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("own")
-    (folder / "study.toml").write_text(STUDY)
-    explore.sweep(explore.load_study(folder / "study.toml"), folder / "own.h5")
-    return folder
+folder = swept(STUDY, "own", give=lambda results: results.path.parent)
 
 
 def test_the_hash_of_a_study_covers_its_formulas(folder):
-    study = explore.load_study(folder / "study.toml")
+    study = explore.load_study(folder / "own.toml")
     arguments = {
         "mechanism": "crank-rocker",
         "parameters": {
@@ -356,7 +351,7 @@ def test_a_changed_formula_is_another_study(folder):
     code, _, err = call("sweep", folder / "changed.toml", "-o", folder / "own.h5")
     assert code == 1
     assert 'formulas.reach.formula: "coupler + ground" -> "coupler + 2 * ground"' in err
-    code, _, err = call("sweep", folder / "study.toml", "-o", folder / "own.h5")
+    code, _, err = call("sweep", folder / "own.toml", "-o", folder / "own.h5")
     assert (code, "is complete already: 8 designs" in err) == (0, True)
 
 
@@ -396,5 +391,5 @@ def test_other_formulas_of_one_name_are_pointed_out(folder):
 
 
 def test_processes_compute_the_same_bytes(folder):
-    explore.sweep(explore.load_study(folder / "study.toml"), folder / "processes.h5", processes=True, workers=1)
+    explore.sweep(explore.load_study(folder / "own.toml"), folder / "processes.h5", processes=True, workers=1)
     assert (folder / "processes.h5").read_bytes() == (folder / "own.h5").read_bytes()

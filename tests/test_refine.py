@@ -12,7 +12,8 @@ import pandas as pd
 import pytest
 from command_line import call, run
 from distributed import Client, LocalCluster
-from stopping import Stop, digest, stop
+from stopping import Stop, stop
+from store_files import sha256
 from studies import box, sweep_text, swept
 
 import explore
@@ -106,13 +107,13 @@ def test_threads_and_processes_over_tcp_give_the_same_bytes(source, refined, tmp
     ):
         assert cluster.scheduler_address.startswith("tcp://")
         explore.refine(source, tmp_path / "tcp.h5", evaluations=N, client=client)
-    assert digest(tmp_path / "three.h5") == digest(tmp_path / "tcp.h5") == digest(refined.path)
+    assert sha256(tmp_path / "three.h5") == sha256(tmp_path / "tcp.h5") == sha256(refined.path)
 
 
 def test_parts_of_another_size_give_the_same_bytes(source, refined, tmp_path, monkeypatch):
     monkeypatch.setattr(refinements, "PART_SIZE", 100)
     explore.refine(source, tmp_path / "parts.h5", evaluations=N, workers=2)
-    assert digest(tmp_path / "parts.h5") == digest(refined.path)
+    assert sha256(tmp_path / "parts.h5") == sha256(refined.path)
 
 
 def test_another_seed_draws_other_designs(source, refined, tmp_path):
@@ -149,7 +150,7 @@ def test_a_killed_run_goes_on_bit_by_bit(moment, source, refined, tmp_path):
     assert part.n_committed == 1024
     assert not part.is_complete
     explore.refine(source, path, evaluations=N)
-    assert digest(path) == digest(refined.path)
+    assert sha256(path) == sha256(refined.path)
 
 
 def test_a_damaged_generation_is_computed_again(source, refined, tmp_path):
@@ -160,7 +161,7 @@ def test_a_damaged_generation_is_computed_again(source, refined, tmp_path):
         file.write(b"\xff")
     assert explore.open_results(path).verify() == [2]
     explore.refine(source, path, evaluations=N)
-    assert digest(path) == digest(refined.path)
+    assert sha256(path) == sha256(refined.path)
 
 
 def test_solved_lengths_and_grids_and_lists(tmp_path):
@@ -318,13 +319,13 @@ def test_unfinished_results_are_refused(source, tmp_path):
 
 
 def test_other_options_are_another_study(source, refined):
-    before = digest(refined.path)
+    before = sha256(refined.path)
     with pytest.raises(explore.ResultsError, match="another study") as caught:
         explore.refine(source, refined.path, evaluations=N, seed=7)
     assert "sampling.seed: 0 -> 7" in str(caught.value)
     with pytest.raises(explore.ResultsError, match="designs: 4500 -> 4501"):
         explore.refine(source, refined.path, evaluations=N + 1)
-    assert digest(refined.path) == before
+    assert sha256(refined.path) == before
 
 
 def test_command(source, refined, tmp_path, monkeypatch):
@@ -338,7 +339,7 @@ def test_command(source, refined, tmp_path, monkeypatch):
     assert "4,500 designs in" in said
     assert "the front grew from" in said
     assert "its hypervolume by" in said
-    assert digest(tmp_path / "results" / "study-refined.h5") == digest(refined.path)
+    assert sha256(tmp_path / "results" / "study-refined.h5") == sha256(refined.path)
     code, _, said = call(*command)
     assert code == 0
     assert "results/study-refined.h5 is complete already" in said

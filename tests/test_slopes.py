@@ -3,7 +3,7 @@
 import mpmath
 import numpy as np
 import pytest
-from exact_linkage import ExactLinkage
+from exact_linkage import slope_of
 from linkage_cases import CASES, linkage_of, values_of
 
 import explore
@@ -54,17 +54,6 @@ def random_designs(kind, seed=1):
             yield dict(zip(("crank", "rod", "offset"), lengths, strict=True))
 
 
-def exact_slope(name, lengths, length):
-    """Central difference with 60 digits: its error is 1e-24 of the second relative derivatives."""
-    step = mpmath.mpf(10) ** -18
-    values = []
-    for sign in (1, -1):
-        linkage = ExactLinkage(*lengths.values())
-        moved = {n: getattr(linkage, f"r{k + 1}") + (sign * step if n == length else 0) for k, n in enumerate(lengths)}
-        values.append(CLOSED[name](ExactLinkage(*moved.values())))
-    return (values[0] - values[1]) / (2 * step)
-
-
 def test_exact_slopes_are_those_of_mpmath():
     designs, checked = random_designs("crank-rocker", 2), 0
     request = toleranced("crank-rocker", list(CLOSED), PUBLISHED)
@@ -78,7 +67,7 @@ def test_exact_slopes_are_those_of_mpmath():
         sharp = sharpen(rough, request, design)
         for name in CLOSED:
             for k, length in enumerate(lengths):
-                exact = float(exact_slope(name, lengths, length))
+                exact = float(slope_of(CLOSED[name], lengths, length, 18))
                 assert sharp.slopes[name][k] == pytest.approx(exact, rel=2 * ROUNDED, abs=0)
                 assert sharp.errors[name][k] <= ROUNDED * abs(exact)
 

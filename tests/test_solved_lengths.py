@@ -13,7 +13,8 @@ from distributed import Client, LocalCluster
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from simple_slider import SIMPLE_SLIDER
-from stopping import Stop, digest, stop
+from stopping import Stop, stop
+from store_files import sha256
 
 import explore
 from explore.mechanisms.registry import MECHANISMS
@@ -379,7 +380,7 @@ def test_a_sweep_walks_designs_of_the_same_swing(load, tmp_path):
     ):
         explore.sweep(study, tmp_path / "b.h5", client=client)
         front = explore.sweep(study, tmp_path / "front.h5", client=client, keep="front").to_pandas()
-    assert digest(tmp_path / "a.h5") == digest(tmp_path / "b.h5")
+    assert sha256(tmp_path / "a.h5") == sha256(tmp_path / "b.h5")
     best = explore.rank(results)
     assert sorted(front.index) == sorted(best.index)
 

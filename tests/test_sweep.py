@@ -10,8 +10,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from distributed import Client, LocalCluster
-from stopping import Stop, digest, poisoned, poisoned_at_1, stop
-from studies import grid
+from stopping import Stop, poisoned, poisoned_at_1, stop
+from store_files import sha256
+from studies import box, grid
 
 import explore
 from explore.results.store.layout_reader import read_layout
@@ -58,7 +59,7 @@ def test_a_resumed_sweep_computes_the_rest(study, tmp_path):
     summary = run(study, tmp_path / "resumed.h5")
 
     assert summary.n_resumed == 2 * BLOCK_SIZE or summary.n_resumed == BLOCK_SIZE + 151_200 % BLOCK_SIZE
-    assert digest(tmp_path / "resumed.h5") == digest(tmp_path / "one.h5")
+    assert sha256(tmp_path / "resumed.h5") == sha256(tmp_path / "one.h5")
 
 
 def test_two_sweeps_at_a_time_do_not_disturb_each_other(study, tmp_path):
@@ -74,13 +75,13 @@ def test_two_sweeps_at_a_time_do_not_disturb_each_other(study, tmp_path):
 
 def test_a_finished_file_is_left_as_it_is(study, tmp_path):
     explore.sweep(study, tmp_path / "a.h5")
-    before = (tmp_path / "a.h5").stat().st_mtime_ns, digest(tmp_path / "a.h5")
+    before = (tmp_path / "a.h5").stat().st_mtime_ns, sha256(tmp_path / "a.h5")
 
     summary = run(study, tmp_path / "a.h5")
 
     assert summary.n_computed == 0
     assert summary.n_resumed == 151_200
-    assert ((tmp_path / "a.h5").stat().st_mtime_ns, digest(tmp_path / "a.h5")) == before
+    assert ((tmp_path / "a.h5").stat().st_mtime_ns, sha256(tmp_path / "a.h5")) == before
 
 
 def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_path, monkeypatch):
@@ -108,16 +109,12 @@ def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_p
 
 
 def test_sobol_sweeps_are_reproducible(tmp_path):
-    (tmp_path / "s.toml").write_text(
-        'mechanism = "crank-rocker"\n[parameters]\ncrank = 50\ncoupler = { min = 50, max = 1000 }\n'
-        "rocker = { min = 50, max = 500 }\nground = { min = 50, max = 1000 }\n"
-        '[sampling]\nmethod = "sobol"\ncount = 70000\nseed = 3\n'
-    )
+    (tmp_path / "s.toml").write_text(box("count = 70000\nseed = 3\n"))
     study = explore.load_study(tmp_path / "s.toml")
     explore.sweep(study, tmp_path / "a.h5")
     explore.sweep(study, tmp_path / "b.h5")
 
-    assert digest(tmp_path / "a.h5") == digest(tmp_path / "b.h5")
+    assert sha256(tmp_path / "a.h5") == sha256(tmp_path / "b.h5")
     assert len(explore.read_results(tmp_path / "a.h5")) == 70_000
 
 

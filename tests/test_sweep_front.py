@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
-from stopping import Stop, digest, poisoned_at_1, stop
+from stopping import Stop, poisoned_at_1, stop
+from store_files import sha256
 from studies import box, grid
 
 import explore
@@ -59,7 +60,7 @@ def test_a_resumed_sweep_computes_the_rest(study, tmp_path):
             sweep(study, tmp_path / "resumed.h5", progress=stop)
         assert not (tmp_path / "resumed.h5").exists()
     assert sweep(study, tmp_path / "resumed.h5").n_resumed in (2 * BLOCK_SIZE, BLOCK_SIZE + 151_200 % BLOCK_SIZE)
-    assert digest(tmp_path / "resumed.h5") == digest(tmp_path / "one.h5")
+    assert sha256(tmp_path / "resumed.h5") == sha256(tmp_path / "one.h5")
 
 
 def test_an_unfinished_front_is_no_results_file_yet(study, tmp_path):
@@ -79,15 +80,15 @@ def test_an_unfinished_front_is_no_results_file_yet(study, tmp_path):
 def test_a_front_and_all_designs_do_not_share_a_file(study, tmp_path):
     explore.sweep(study, tmp_path / "all.h5")
     explore.sweep(study, tmp_path / "front.h5", keep="front")
-    before = digest(tmp_path / "all.h5"), digest(tmp_path / "front.h5")
+    before = sha256(tmp_path / "all.h5"), sha256(tmp_path / "front.h5")
     with pytest.raises(explore.ResultsError, match='keep: "all" -> "front"\nuse `restart=True`'):
         sweep(study, tmp_path / "all.h5")
     with pytest.raises(explore.ResultsError, match='keep: "front" -> "all"'):
         explore.sweep(study, tmp_path / "front.h5")
     assert sweep(study, tmp_path / "front.h5").n_computed == 0
-    assert (digest(tmp_path / "all.h5"), digest(tmp_path / "front.h5")) == before
+    assert (sha256(tmp_path / "all.h5"), sha256(tmp_path / "front.h5")) == before
     assert sweep(study, tmp_path / "front.h5", restart=True).n_computed == 151_200
-    assert digest(tmp_path / "front.h5.old") == digest(tmp_path / "front.h5") == before[1]
+    assert sha256(tmp_path / "front.h5.old") == sha256(tmp_path / "front.h5") == before[1]
 
 
 def test_nothing_feasible_is_an_empty_front(tmp_path):
@@ -149,7 +150,7 @@ def test_a_block_that_is_in_the_journal_twice_counts_once(study, tmp_path):
         kept.add(block)
         kept.add(block)
     sweep(study, tmp_path / "a.h5")
-    assert digest(tmp_path / "a.h5") == digest(tmp_path / "whole.h5")
+    assert sha256(tmp_path / "a.h5") == sha256(tmp_path / "whole.h5")
 
 
 def test_designs_that_are_done_are_counted_by_block(study, tmp_path):

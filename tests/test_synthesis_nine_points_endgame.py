@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from synthesis_cases import are_proved
+from synthesis_cases import are_proved, parameters_of
 
 from explore.synthesis.nine_points import endgame, homotopy
 from explore.synthesis.nine_points.certificates import certify
@@ -27,11 +27,6 @@ ANGLES = np.arange(9) * 2 * np.pi / 9 + 0.1 * np.random.default_rng(1).normal(si
 FREE = np.random.default_rng(5).normal(size=(4, 2)) @ [1, 1j]
 ELLIPSE = np.cos(ANGLES) + 2j * np.sin(ANGLES)
 SYMMETRIC = np.concatenate([FREE, FREE.conj(), [0.3]])
-
-
-def parameters_of(points):
-    vectors = points[1:] - points[0]
-    return np.concatenate([vectors, vectors.conj()]) / np.abs(vectors).mean()
 
 
 def counts(points):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from synthesis_cases import are_proved, real_linkages
+from synthesis_cases import are_proved, parameters_of, real_linkages
 
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.nine_points import homotopy, precise_tracking
@@ -64,11 +64,6 @@ def test_without_the_package_for_more_digits_the_paths_are_said_to_be_lost(hard,
     assert not found.is_complete
     assert solutions.n_lost + solutions.n_singular + len(solutions.solutions) == N_CLASSES
     assert "are lost, so that linkages may be missing (with the package's extra certify" in found.sentence
-
-
-def parameters_of(points):
-    vectors = points[1:] - points[0]
-    return np.concatenate([vectors, vectors.conj()]) / np.abs(vectors).mean()
 
 
 def near_solutions(parameters, rows):

@@ -5,7 +5,7 @@ from itertools import product
 import mpmath
 import numpy as np
 import pytest
-from exact_linkage import ExactLinkage
+from exact_linkage import slope_of
 from scipy.special import ndtr
 from scipy.stats import binomtest, chi2
 
@@ -48,17 +48,6 @@ def exact_cv(linkage):
     return mpmath.sqrt(variance) / abs(mean)
 
 
-def exact_derivative(name, length):
-    """Central difference with 60 digits: its error is 1e-30 of the second relative derivatives."""
-    step = mpmath.mpf(10) ** -12
-    values = []
-    for sign in (1, -1):
-        linkage = ExactLinkage(*PUBLISHED.values())
-        moved = {n: getattr(linkage, f"r{k + 1}") + (sign * step if n == length else 0) for k, n in enumerate(LENGTHS)}
-        values.append(EXACT[name](ExactLinkage(*moved.values())))
-    return (values[0] - values[1]) / (2 * step)
-
-
 @pytest.mark.parametrize("name", EXACT)
 def test_derivatives_are_those_of_mpmath(name):
     """To 1e-12, and the angle of the rocker, 1/300 of the others, to 5e-12; each within its own error."""
@@ -66,7 +55,7 @@ def test_derivatives_are_those_of_mpmath(name):
     for k, length in enumerate(LENGTHS):
         if name == "cv" and length in ("coupler", "ground"):  # quadrature of 60 digits takes seconds
             continue
-        exact = float(exact_derivative(name, length))
+        exact = float(slope_of(EXACT[name], PUBLISHED, length, 12))
         assert derivatives.slopes[name][k] == pytest.approx(exact, rel=5e-12, abs=0)
         assert abs(derivatives.slopes[name][k] - exact) <= derivatives.errors[name][k] + 1e-16 * abs(exact)
         assert derivatives.errors[name][k] <= 1e-10 * abs(exact)

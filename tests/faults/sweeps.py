@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from command_line import call
 from studies import grid
 
@@ -14,6 +15,11 @@ transmission_angle_min = { min = 20 }
 [rank]
 metrics = ["cv", "transmission_angle_min:max"]
 """
+
+
+def night(*values: object) -> object:
+    """Parameters of the slow form."""
+    return pytest.param(*values, marks=pytest.mark.slow)
 
 
 def study(folder: Path, num: int = 16) -> Path:

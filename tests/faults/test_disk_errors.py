@@ -10,18 +10,13 @@ from faults.checker import check, sha256
 from faults.content import N_BLOCKS, fill
 from faults.disks import take_all_but
 from faults.replay import read_trace
-from faults.sweeps import study, sweep_here
+from faults.sweeps import night, study, sweep_here
 
 #: Calls that a disk may refuse: create, write, truncate, reserve, synchronise, give a name.
 REFUSED = "cwtasdrl"
 ERRORS = (errno.EIO, errno.ENOSPC)
 #: Files that only people read: a sweep continues if they cannot be written.
 SPARED = {"FAULT_SPARED": ".lock .log.jsonl"}
-
-
-def night(*values):
-    """Parameters of the slow form."""
-    return pytest.param(*values, marks=pytest.mark.slow)
 
 
 def orders(folder, at, error, sticky):

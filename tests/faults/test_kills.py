@@ -13,14 +13,9 @@ from explore.results.store.packing import pack
 from faults.checker import check, done_blocks, sha256
 from faults.content import N_BLOCKS, fill
 from faults.replay import COUNTED, Disk, boundaries, ends_at, put_down, read_trace
-from faults.sweeps import study, sweep_here
+from faults.sweeps import night, study, sweep_here
 
 KEEPS = ["all", "front"]
-
-
-def night(*values):
-    """Parameters of the slow form."""
-    return pytest.param(*values, marks=pytest.mark.slow)
 
 
 @pytest.mark.parametrize(("kills", "keep"), [(25, "all"), (10, "front"), night(500, "all"), night(200, "front")])
