@@ -32,7 +32,7 @@ _SMOOTHSTEPS = {
 
 def _gauss(function, start, stop):
     half, centre = (stop - start) / 2, (stop + start) / 2
-    values = [(half * weight, function(centre + half * x)) for x, weight in gauss_legendre()]
+    values = [(half * weight, function(centre + half * x)) for x, weight in gauss_legendre(mp.mp.prec)]
     return sum(w * v for w, v in values), sum(w * v * v for w, v in values)
 
 

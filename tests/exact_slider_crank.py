@@ -72,7 +72,9 @@ class ExactSliderCrank:
     def _panel(self, start, stop):
         """Nodes, weights and motions of one panel."""
         half, centre = (stop - start) / 2, (stop + start) / 2
-        return [(centre + half * x, half * w, self._known(centre + half * x)) for x, w in gauss_legendre()]
+        return [
+            (centre + half * x, half * w, self._known(centre + half * x)) for x, w in gauss_legendre(mpmath.mp.prec)
+        ]
 
     def _extremes(self, s, angles):
         """Smallest and largest value of a signal, its stationary angles found as roots of its rate."""
@@ -94,6 +96,6 @@ class ExactSliderCrank:
 
 
 @cache
-def gauss_legendre():
-    """24 nodes and weights of the Gauss-Legendre rule on [-1, 1]."""
-    return mpmath.calculus.quadrature.GaussLegendre(mpmath.mp).calc_nodes(4, mpmath.mp.prec)
+def gauss_legendre(bits):
+    """24 nodes and weights of the Gauss-Legendre rule on [-1, 1], of a precision."""
+    return mpmath.calculus.quadrature.GaussLegendre(mpmath.mp).calc_nodes(4, bits)
