@@ -8,7 +8,7 @@ from studies import synthesize_text
 
 import explore
 from explore import charts
-from explore.base.errors import ConfigError, RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.dwell_fitting import DwellTask, excesses_of_lengths
 from explore.synthesis.dwell_motions import N_NUMBERS, slider_motions
 from explore.synthesis.dwell_points import couplers, five_position_points
@@ -260,20 +260,6 @@ def test_the_slider_is_drawn_with_its_dwell(results, tmp_path):
     assert np.abs(np.array(lengths) - results.to_pandas()["slider_link"][0]).min() < 1e-9
     run("report", str(results.path), "-o", "page.html", cwd=tmp_path)
     assert '<img alt="Slider and its dwell of design 0"' in (tmp_path / "page.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("entries", "message"),
-    [
-        ("stroke = 30", "target.dwell_angle: is missing"),
-        ("dwell_angle = 310\nstroke = 30", "dwell_angle: must be at least 1 and below 300 deg"),
-        ("dwell_angle = 0\nstroke = 30", "dwell_angle: must be at least 1 and below 300 deg, got 0"),
-        ("dwell_angle = 90\nstroke = -1", "stroke: must be above 0 mm"),
-    ],
-)
-def test_dwells_that_are_refused(entries, message):
-    with pytest.raises(ConfigError, match=message):
-        parse_task(f'task = "dwell"\n[target]\n{entries}\n', "task.toml")
 
 
 def test_what_comes_nearest_names_what_it_misses(tmp_path):

@@ -118,22 +118,6 @@ output_error_max = -1
     ]
 
 
-@pytest.mark.parametrize(
-    ("entries", "message"),
-    [
-        ("", "formula: give one of formula"),
-        ('formula = "x"\ntable = [[1, 2]]', "table: give one of formula"),
-        ("formula = 3\nfrom = 1\nto = 2", "formula: must be a string"),
-        ('formula = "x"\nfrom = 1\nto = 1', "to: must differ from from"),
-        ("table = [[1, 2], [3]]", "table: must be a list of pairs"),
-        ("table = [[1, 2], [2, 3]]", "table: has 2 pairs"),
-    ],
-)
-def test_functions_that_are_refused(entries, message):
-    with pytest.raises(ConfigError, match=message):
-        parse_task(f'task = "function"\n[target]\n{entries}\ninput_angle = 60\noutput_angle = 60\n', "task.toml")
-
-
 LAWS = {"log10": np.log10, "x^1.5": lambda x: x**1.5}
 
 

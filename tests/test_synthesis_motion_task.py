@@ -9,7 +9,6 @@ from studies import synthesize_text
 from test_synthesis_poses import random_motion, reference
 
 import explore
-from explore.base.errors import ConfigError
 from explore.synthesis.defects import OTHER_BRANCH, OTHER_CIRCUIT, PASSES, SENTENCES, WRONG_ORDER, find_passage
 from explore.synthesis.guidance import PivotBox, _examined, find_pairs
 from explore.synthesis.linkages import FourBar
@@ -367,23 +366,6 @@ def test_linkages_that_do_not_pass_are_rows_that_are_not_feasible(tmp_path):
     with pytest.warns(explore.DoubtfulInputWarning, match="order of the points looks wrong"):
         synthesized(tmp_path, target, "transmission_angle_min = 0\nsize_ratio_max = 1e3")
     run("refine", "task.h5", "--evaluations", "64", "-o", "again.h5", cwd=tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("poses", "message"),
-    [
-        ("", "the key 'poses' is missing"),
-        ("poses = 3", "must be a list"),
-        ("poses = [[0, 0, 0], [1, 1, 1]]", "2 poses; give 3 or more"),
-        ("poses = [[0, 0, 0], [1, 1], [2, 2, 'x']]", r"pose 2 must be \[x, y, angle\]"),
-        ("poses = [[0, 0, 0], [1, 1, 1], [1, 1, 1]]", "poses 2 and 3 are alike"),
-        ("poses = [[0, 0, 5], [1, 1, 5], [2, 1, 5]]", "all poses have the same angle"),
-        ("poses = [[1, 1, 5], [1, 1, 6], [1, 1, 7]]", "all poses have the same place"),
-    ],
-)
-def test_poses_that_are_refused(poses, message):
-    with pytest.raises(ConfigError, match=message):
-        parse_task(f'task = "motion"\n[target]\n{poses}\n', "task.toml")
 
 
 THREE_POSES = 'task = "motion"\n[target]\nposes = [[0, 0, 0], [10, 5, 20], [20, 0, 45]]\n[search]\ncount = 12\n'

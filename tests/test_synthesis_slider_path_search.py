@@ -6,11 +6,11 @@ from scipy.optimize import minimize_scalar
 from studies import synthesize_text
 from synthesis_cases import case, pressure_angle_max
 
-from explore.base.errors import ConfigError, RequestError
+from explore.base.errors import RequestError
 from explore.synthesis.slider_cranks import SliderCrank
 from explore.synthesis.slider_path_fitting import N_NUMBERS, points_and_slopes
 from explore.synthesis.slider_path_search import SliderPathTask, find_slider_paths
-from explore.synthesis.tasks.task_files import parse_task, task_starter
+from explore.synthesis.tasks.task_files import task_starter
 
 TURN = np.linspace(0, 2 * np.pi, 3600, endpoint=False)
 
@@ -197,17 +197,3 @@ def test_a_row_draws_the_path(rows):
     assert np.abs(curve - (78.8 + 62.2j)).min() < 0.03
     assert np.abs(curve - (53.8 + 49.6j)).min() < 0.03
     assert np.degrees(pressure_angle_max(linkage)) == pytest.approx(row["pressure_angle_max"], rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("entries", "message"),
-    [
-        ("points = [[0, 0], [1, 1], [2, 0]]", "target.points: a path for a slider-crank has from 5 to 2000 points"),
-        ("points = [[0, 0], [1, 1], [2, 0], [3, 1], [3, 1]]", "points 4 and 5 are equal"),
-        ("points = [[0, 0], [1, 1], [2, 0], [3, 1], [4, 4]]\n[bounds]\npressure_angle_max = 95", "below 89"),
-        ("points = [[0, 0], [1, 1], [2, 0], [3, 1], [4, 4]]\n[bounds]\ncrank_pivot = 3", "crank_pivot: must be"),
-    ],
-)
-def test_paths_of_tasks_that_are_refused(entries, message):
-    with pytest.raises(ConfigError, match=message):
-        parse_task(f'task = "slider-path"\n[target]\n{entries}\n', "task.toml")

@@ -188,3 +188,46 @@ def test_every_crank_rocker_is_found_from_its_swing_time_ratio_and_transmission_
         found = parse_task(text, "task.toml").find().parameters
         off = [np.abs(found[name] / row[name] - 1) for name in ("crank", "coupler", "rocker")]
         assert np.max(off, axis=0).min() < 1e-6, row
+
+
+#: Entries of the target, or what follows it, that a task refuses, and the reason.
+REFUSED = {
+    "dwell": [
+        ("stroke = 30", "target.dwell_angle: is missing"),
+        ("dwell_angle = 310\nstroke = 30", "dwell_angle: must be at least 1 and below 300 deg"),
+        ("dwell_angle = 0\nstroke = 30", "dwell_angle: must be at least 1 and below 300 deg, got 0"),
+        ("dwell_angle = 90\nstroke = -1", "stroke: must be above 0 mm"),
+    ],
+    "function": [
+        ("", "formula: give one of formula"),
+        ('formula = "x"\ntable = [[1, 2]]', "table: give one of formula"),
+        ("formula = 3\nfrom = 1\nto = 2", "formula: must be a string"),
+        ('formula = "x"\nfrom = 1\nto = 1', "to: must differ from from"),
+        ("table = [[1, 2], [3]]", "table: must be a list of pairs"),
+        ("table = [[1, 2], [2, 3]]", "table: has 2 pairs"),
+    ],
+    "motion": [
+        ("", "the key 'poses' is missing"),
+        ("poses = 3", "must be a list"),
+        ("poses = [[0, 0, 0], [1, 1, 1]]", "2 poses; give 3 or more"),
+        ("poses = [[0, 0, 0], [1, 1], [2, 2, 'x']]", r"pose 2 must be \[x, y, angle\]"),
+        ("poses = [[0, 0, 0], [1, 1, 1], [1, 1, 1]]", "poses 2 and 3 are alike"),
+        ("poses = [[0, 0, 5], [1, 1, 5], [2, 1, 5]]", "all poses have the same angle"),
+        ("poses = [[1, 1, 5], [1, 1, 6], [1, 1, 7]]", "all poses have the same place"),
+    ],
+    "slider-path": [
+        ("points = [[0, 0], [1, 1], [2, 0]]", "target.points: a path for a slider-crank has from 5 to 2000 points"),
+        ("points = [[0, 0], [1, 1], [2, 0], [3, 1], [3, 1]]", "points 4 and 5 are equal"),
+        ("points = [[0, 0], [1, 1], [2, 0], [3, 1], [4, 4]]\n[bounds]\npressure_angle_max = 95", "below 89"),
+        ("points = [[0, 0], [1, 1], [2, 0], [3, 1], [4, 4]]\n[bounds]\ncrank_pivot = 3", "crank_pivot: must be"),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "entries", "message"), [(kind, *row) for kind, rows in REFUSED.items() for row in rows]
+)
+def test_targets_that_are_refused(kind, entries, message):
+    more = "input_angle = 60\noutput_angle = 60\n" if kind == "function" else ""
+    with pytest.raises(ConfigError, match=message):
+        parse_task(f'task = "{kind}"\n[target]\n{entries}\n{more}', "task.toml")
