@@ -57,6 +57,13 @@ def call(*arguments, seconds=PATIENCE):
     return code, out.getvalue(), err.getvalue()
 
 
+def succeed(*arguments, seconds=PATIENCE):
+    """Run `explore` as `call` does, without an error; returns stdout and stderr."""
+    code, out, err = call(*arguments, seconds=seconds)
+    assert code == 0, err
+    return out, err
+
+
 def assert_refused(reply, codes, *words):
     """The exit code, or one of several, no output, and one line on stderr that contains all the words."""
     code, out, err = reply

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from command_line import assert_refused, call
+from command_line import assert_refused, call, succeed
 from few_methods import only
 
 from explore.cli.paths import atomic_files
@@ -44,8 +44,7 @@ def methods(request, monkeypatch):
 
 
 def test_precision_writes_tables_and_charts_and_prints_the_fastest(methods):
-    code, out, err = call("precision", "tiny_swing", "unassemblable", "-o", "tables", seconds=300)
-    assert code == 0, err
+    out, err = succeed("precision", "tiny_swing", "unassemblable", "-o", "tables", seconds=300)
     assert "closed-form" in out
     assert "to tables" in err
     assert {path.name for path in Path("tables").iterdir()} == {
@@ -63,8 +62,7 @@ def test_precision_writes_tables_and_charts_and_prints_the_fastest(methods):
 
 def test_precision_of_a_scene_file_as_json(folder, methods):
     (folder / "mine.toml").write_text(MINE)
-    code, out, err = call("precision", "mine.toml", "--json", "-o", "tables", seconds=300)
-    assert code == 0, err
+    out, _ = succeed("precision", "mine.toml", "--json", "-o", "tables", seconds=300)
     tables = json.loads(out)
     assert {row["scene"] for row in tables["motions"]} == {"mine"}
     assert set(tables["machine"]) >= {"processor", "python", "numpy"}
@@ -140,8 +138,7 @@ def test_an_interrupt_ends_a_comparison(command, folder, tmp_path_factory):
 
 
 def test_stability_prints_the_smallest_accurate_margins(methods):
-    code, out, err = call("stability", "-o", "tables", "--accuracy", "1e-4", seconds=300)
-    assert code == 0, err
+    out, _ = succeed("stability", "-o", "tables", "--accuracy", "1e-4", seconds=300)
     assert "closed-form" in out
     assert "Order of convergence" in out
     assert {path.name for path in Path("tables").iterdir()} == {
@@ -159,8 +156,7 @@ def test_stability_prints_the_smallest_accurate_margins(methods):
     ],
 )
 def test_stability_of_a_mechanism_with_a_slider(mechanism, distance, methods):
-    code, out, err = call("stability", mechanism, seconds=300)
-    assert code == 0, err
+    out, err = succeed("stability", mechanism, seconds=300)
     assert f"Smallest {distance}, down to which errors are at most 1e-06" in " ".join(out.split())
     assert "Order of convergence" not in out, "it is measured on the four-bar"
     assert "left out" not in err, "pylinkage solves four-bars only"
@@ -175,8 +171,7 @@ def test_stability_of_a_mechanism_with_a_slider(mechanism, distance, methods):
 
 
 def test_precision_of_mechanisms_with_a_slider(methods):
-    code, out, err = call("precision", "slider_crank", "variable_crank", "-o", "tables", seconds=300)
-    assert code == 0, err
+    out, err = succeed("precision", "slider_crank", "variable_crank", "-o", "tables", seconds=300)
     assert "variable_crank" in out
     rows = pd.read_csv("tables/motions.csv")
     closed = rows[rows["method"] == "closed-form"]
@@ -188,8 +183,7 @@ def test_precision_of_mechanisms_with_a_slider(methods):
 
 def test_stability_of_gears_counts_the_outcomes_of_random_starts(monkeypatch):
     monkeypatch.setattr(random_starts, "START_COUNT", 40)
-    code, out, err = call("stability", "gears", "-o", "tables", seconds=300)
-    assert code == 0, err
+    out, _ = succeed("stability", "gears", "-o", "tables", seconds=300)
     counts = pd.read_csv("tables/counts.csv")
     assert counts["starts"].sum() == len(pd.read_csv("tables/starts.csv")) == 40
     for outcome, starts in zip(counts["outcome"], counts["starts"], strict=True):
@@ -208,8 +202,7 @@ DESIGN = ["--mechanism", "crank-rocker", "--set", "crank=100", "--set", "coupler
 
 
 def test_simulate_by_an_inaccurate_method_warns_in_one_line():
-    code, out, err = call("simulate", *DESIGN, "--method", "rk45(rtol=0.001)")
-    assert code == 0
+    out, err = succeed("simulate", *DESIGN, "--method", "rk45(rtol=0.001)")
     assert out.startswith("crank_angle,")
     assert err.startswith("warning: rk45(rtol=0.001) misses the tolerance 1e-09 for this design: its errors")
     left_out = "left out: output_velocity, which only the closed form has\n"
@@ -228,8 +221,7 @@ def test_simulate_writes_no_number_as_null_into_json(folder):
 
 def test_simulate_of_a_table_by_another_method_says_what_is_left_out(folder):
     call("init", "six.toml", "--linkage", "watt-2")
-    code, _, err = call("simulate", "six.toml", "--angles", "8", "--method", "newton", "-o", "newton.csv")
-    assert code == 0, err
+    _, err = succeed("simulate", "six.toml", "--angles", "8", "--method", "newton", "-o", "newton.csv")
     assert "left out: A_x and 37 more, which only the closed form has\n" in err
     _, _, err = call("simulate", "six.toml", "--angles", "8", "-o", "closed.csv")
     assert "left out" not in err

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pandas as pd
 import pytest
-from command_line import assert_refused, call, on_terminal
+from command_line import assert_refused, call, on_terminal, succeed
 from studies import box, sweep_text, swept
 
 import explore
@@ -42,8 +42,7 @@ sweep_folder = swept(STUDY, "all", give=lambda results: results.path.parent)
 
 def records(*arguments):
     """What `explore rank --json` prints."""
-    code, out, err = call("rank", *arguments, "--json", seconds=240)
-    assert code == 0, err
+    out, _ = succeed("rank", *arguments, "--json", seconds=240)
     return json.loads(out)
 
 
@@ -60,8 +59,7 @@ def test_fronts_are_counted_and_shown(sweep_folder):
 
     assert [(r["design"], r["front"]) for r in rows] == list(zip(table.index, table["front"], strict=True))
     assert {r["front"] for r in rows} == {1, 2, 3}
-    code, out, err = call("rank", sweep_folder / "all.h5", "--fronts", 2, "--top", 0)
-    assert code == 0, err
+    out, err = succeed("rank", sweep_folder / "all.h5", "--fronts", 2, "--top", 0)
     assert f"{(table['front'] == 2).sum()} more are in front 2\n" in err
     heading = next(line for line in out.splitlines() if "alike" in line)
     assert heading.split()[:3] == ["design", "alike", "front"]
@@ -101,11 +99,9 @@ def test_excluded_designs_are_counted(sweep_folder):
     within_limit = feasible[feasible["transmission_angle_min"] >= 40]
     matching = within_limit[within_limit["swing_angle"] > 60]
 
-    code, _, err = call(
+    _, err = succeed(
         "rank", sweep_folder / "all.h5", "--where", "swing_angle > 60", "--limit", "transmission_angle_min=40"
     )
-
-    assert code == 0, err
     assert f" of {len(matching):,} feasible designs that meet the request are Pareto-optimal" in err
     assert (
         f"{len(feasible) - len(within_limit):,} feasible ones that miss the limit transmission_angle_min >= 40" in err
@@ -156,8 +152,7 @@ def test_a_condition_on_a_front_warns_of_missing_designs(sweep_folder, tmp_path)
 
 def test_a_line_counts_all_equal_designs_even_if_few_lines_are_printed(sweep_folder):
     objectives = ["--metric", "coupler:min", "--metric", "coupler:max"]
-    code, out, err = call("rank", sweep_folder / "all.h5", *objectives, "--top", 3)
-    assert code == 0, err
+    out, _ = succeed("rank", sweep_folder / "all.h5", *objectives, "--top", 3)
     ranked = explore.rank(sweep_folder / "all.h5", objectives=["coupler:min", "coupler:max"])
     assert len(ranked) > 9000
     lines = [line.split() for line in out.splitlines()]
@@ -256,9 +251,7 @@ def test_the_share_of_each_file_is_printed(sweep_folder, other_results):
     joint = explore.rank(files)["results"].value_counts()
     alone = [len(explore.rank(file)) for file in files]
 
-    code, out, err = call("rank", *files, "--top", 0)
-
-    assert code == 0, err
+    out, err = succeed("rank", *files, "--top", 0)
     shares = ", ".join(f"{joint[str(file)]} from {file}" for file in files)
     assert f"together {joint.sum()} designs are Pareto-optimal: {shares}\n" in err
     for file, count in zip(files, alone, strict=True):
@@ -272,8 +265,7 @@ def test_one_design_is_singular(tmp_path):
         'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1083.4236\nrocker = 541.7118\n'
         'ground = 691.7118\n[rank]\nmetrics = ["cv"]\n'
     )
-    code, _, err = call("sweep", tmp_path / "one.toml", "-o", tmp_path / "one.h5")
-    assert code == 0, err
+    _, err = succeed("sweep", tmp_path / "one.toml", "-o", tmp_path / "one.h5")
     assert "1 design in " in err
     assert "1 of 1 feasible design is Pareto-optimal in cv (min)\n" in call("rank", tmp_path / "one.h5")[2]
 
@@ -281,9 +273,7 @@ def test_one_design_is_singular(tmp_path):
 def test_one_of_two_may_have_nothing_to_rank(sweep_folder, other_results):
     files = [sweep_folder / "all.h5", other_results]
     where = f"cv < {explore.rank(other_results)['cv'].min() * (1 - 1e-12)}"
-    code, _, err = call("rank", *files, "--where", where)
-
-    assert code == 0, err
+    _, err = succeed("rank", *files, "--where", where)
     assert f"no feasible design of {other_results} meets the request" in err
     assert f" from {files[0]}, 0 from {other_results}\n" in err
     assert explore.rank(files, where="cv < 0").empty

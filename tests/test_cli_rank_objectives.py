@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from command_line import call
+from command_line import call, succeed
 from studies import box, sweep_text
 
 import explore
@@ -23,8 +23,7 @@ RIG = (Path(__file__).parents[1] / "configs/rig_20deg.toml").read_text(encoding=
 
 def numbers(*arguments):
     """The designs of a ranking, and the messages."""
-    code, out, err = call("rank", *arguments, "--json")
-    assert code == 0, err
+    out, err = succeed("rank", *arguments, "--json")
     return [record["design"] for record in json.loads(out)], err
 
 
@@ -57,16 +56,12 @@ def test_every_figure_and_the_report_take_a_parameter_as_an_objective(tmp_path, 
     (tmp_path / "results").mkdir()
     path = sweep_text(tmp_path, STUDY + '[rank]\nmetrics = ["coupler:min", "cv"]\n', "objectives").path
 
-    code, out, err = call("rank", path, "--top", 3)
-
-    assert code == 0, err
+    out, _ = succeed("rank", path, "--top", 3)
     heading = out.partition("─")[0].partition("best coupler first\n")[2].split()
     assert heading.count("coupler") == 1, "a parameter that is an objective is one column, not two"
     for kind in ("pareto", "parallel", "map"):
-        code, _, err = call("plot", kind, path)
-        assert code == 0, err
-    code, _, err = call("report", path)
-    assert code == 0, err
+        succeed("plot", kind, path)
+    succeed("report", path)
 
 
 @pytest.fixture(scope="module")
@@ -122,9 +117,7 @@ def test_columns_of_two_mechanisms_are_in_one_unit_each(tmp_path):
     first = sweep_text(tmp_path, rocker + metrics + '[units]\nlength = "in"\n', "rocker").path
     second = sweep_text(tmp_path, slider + metrics, "slider").path
 
-    code, out, err = call("rank", first, second, "--metric", "cv:max", "--metric", "crank:min", "--json")
-
-    assert code == 0, err
+    out, err = succeed("rank", first, second, "--metric", "cv:max", "--metric", "crank:min", "--json")
     of_rocker, of_slider = sorted(json.loads(out), key=lambda record: record["results"])
     assert (of_rocker["crank [in]"], of_slider["crank [in]"]) == (1, 2)
     assert (of_rocker["rod [in]"], of_slider["rod [in]"]) == (None, 10)

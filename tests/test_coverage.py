@@ -7,7 +7,7 @@ import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
-from command_line import assert_refused, call
+from command_line import assert_refused, call, succeed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -199,8 +199,7 @@ def test_the_command_prints_ranges_overlaps_and_gaps(study):
     assert out.splitlines()[-1] == "0.962969721 to 20.0084548 deg, without a gap"
     assert "13.58       460   1271.5    2.61561999   7.13093249   0.000543761329" in out
     study.write_text(STUDY + "[constraints]\ntransmission_angle_min = { min = 40 }\nswing_angle = { min = 1 }\n")
-    code, out, err = call("coverage", study)
-    assert code == 0
+    out, err = succeed("coverage", study)
     assert err == "coverage ignores the constraint on swing_angle\n"
     assert out.splitlines()[-3:] == [
         "gap: 1.48253273 to 2.61561999 deg", "gap: 3.95813008 to 7.13046302 deg",

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import typer
-from command_line import call, run
+from command_line import call, run, succeed
 from served import Served
 
 import explore
@@ -116,8 +116,7 @@ def test_ranking_is_true(tmp_path, monkeypatch, capsys):
     commands = re.findall(r"^```sh\nexplore ([^\n]*)\n```\n(?:\n```text\n(.*?)^```)?", page, re.MULTILINE | re.DOTALL)
     assert len(commands) == 5
     for command, expected in commands:
-        code, out, err = call(*shlex.split(command))
-        assert code == 0, err
+        out, err = succeed(*shlex.split(command))
         assert ends_with(err + out, expected), command
 
 
@@ -133,8 +132,7 @@ def test_refining_is_true(tmp_path, monkeypatch, capsys):
         line for block in re.findall(r"^```sh\n(.*?)^```", page, re.MULTILINE | re.DOTALL) for line in block.split("\n")
     ]
     for line in filter(None, commands):
-        code, out, err = call(*shlex.split(line)[1:])
-        assert code == 0, err
+        out, _ = succeed(*shlex.split(line)[1:])
     assert "0.35391225" in out
     assert "0.35391225" in page
     run_page("refine.md", capsys)
@@ -164,8 +162,7 @@ def run_commands(page, folder, monkeypatch):
     text = (ROOT / "docs" / page).read_text(encoding="utf-8") if page.endswith(".md") else page
     commands = COMMANDS.findall(text)
     for line, expected in commands:
-        code, out, err = call(*shlex.split(line.replace("\\\n", " ")))
-        assert code == 0, err
+        out, err = succeed(*shlex.split(line.replace("\\\n", " ")))
         assert ends_with(err + out, expected), line
     return {line.split()[0] for line, _ in commands}
 
@@ -233,8 +230,7 @@ def test_tolerance_is_true(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     explore.sweep(explore.load_study("study.toml"), "results/published_optimum.h5")
     ((line, expected),) = COMMANDS.findall(page)
-    code, out, err = call(*shlex.split(line))
-    assert code == 0, err
+    out, _ = succeed(*shlex.split(line))
     assert ends_with(out, expected)
     run_page("tolerance.md", capsys)
 
@@ -298,8 +294,7 @@ def run_blocks(page):
                 assert call(*shlex.split(line)[1:])[0] == 0, line
         elif kind == "text":
             for line, expected in COMMANDS.findall(block):
-                code, out, err = call(*shlex.split(line.replace("\\\n", " ")))
-                assert code == 0, err
+                out, err = succeed(*shlex.split(line.replace("\\\n", " ")))
                 assert ends_with(err + out, expected), line
 
 

@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pandas as pd
 import pytest
-from command_line import call
+from command_line import call, succeed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from studies import FEW, GOOD, sweep_text, swept
@@ -367,8 +367,7 @@ def test_a_changed_formula_is_another_study(folder):
     ],
 )
 def test_commands_take_formulas_as_columns(folder, command):
-    code, out, err = call(*(word.format(folder / "own.h5") for word in command))
-    assert code == 0, err
+    out, _ = succeed(*(word.format(folder / "own.h5") for word in command))
     if command[0] in ("show", "rank"):
         assert "slack" in out
     if command[0] == "report":
@@ -377,8 +376,7 @@ def test_commands_take_formulas_as_columns(folder, command):
 
 
 def test_results_are_exported(folder):
-    code, out, err = call("rank", folder / "own.h5", "--json", "-o", folder / "own.csv")
-    assert code == 0, err
+    out, _ = succeed("rank", folder / "own.h5", "--json", "-o", folder / "own.csv")
     assert json.loads(out)[0]["slack"] == pd.read_csv(folder / "own.csv")["slack"][0]
     dataset = pytest.importorskip("xarray") and explore.open_results(folder / "own.h5").to_xarray()
     assert (dataset["slack"].attrs["units"], dataset["slack"].attrs["long_name"]) == ("mm", "reach - chord")

@@ -11,7 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from command_line import assert_refused, call
+from command_line import assert_refused, call, succeed
 from store_files import unseal
 from studies import GOOD, swept
 
@@ -106,8 +106,7 @@ def test_any_file_name_works(folder, sound, name):
     Path(name).mkdir(exist_ok=True)
     shutil.copy(sound, results)
     for options in (["show"], ["show", "--json"], ["show", "--design", 0]):
-        code, out, err = call(*options, results)
-        assert code == 0, err
+        out, err = succeed(*options, results)
         assert "\x1b" not in out + err
         if name.startswith("[") and "--design" in options:
             assert name in out, "brackets are not taken for markup"

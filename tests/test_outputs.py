@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from command_line import call
+from command_line import succeed
 
 from explore.base.errors import ResultsError
 from explore.results.store.outputs import new_output, new_output_folder
@@ -109,8 +109,7 @@ OUTPUTS = {
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_every_command_that_writes_a_file_removes_what_was_left(in_results, name):
     (in_results / f"{name}.unfinished-01234567").write_text("half")
-    code, _, err = call(*OUTPUTS[name], "-o", name)
-    assert code == 0, err
+    succeed(*OUTPUTS[name], "-o", name)
     assert [p.name for p in in_results.glob(f"{name}*")] == [name]
 
 

@@ -6,7 +6,7 @@ from collections import Counter
 import numpy as np
 import pandas as pd
 import pytest
-from command_line import call
+from command_line import call, succeed
 from studies import swept
 
 import explore
@@ -186,8 +186,7 @@ def test_without_constraints_nothing_is_missed():
 
 def test_the_command_prints_both_tables_and_json(wiper, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
-    code, out, err = call("rank", wiper, "--nearest", "3", "-o", tmp_path / "near.csv")
-    assert code == 0, err
+    out, _ = succeed("rank", wiper, "--nearest", "3", "-o", tmp_path / "near.csv")
     nearest = explore.nearest(wiper, 3)
     designs = [int(line.split()[0]) for line in out.splitlines()[5:8]]
     assert designs == nearest.index.tolist()
@@ -196,8 +195,7 @@ def test_the_command_prints_both_tables_and_json(wiper, tmp_path, monkeypatch):
     written = pd.read_csv(tmp_path / "near.csv")["violation"]
     np.testing.assert_array_max_ulp(written, nearest["violation"], 1)  # as far as pandas reads decimals
 
-    code, out, err = call("rank", wiper, "--nearest", "3", "--json")
-    assert code == 0, err
+    out, _ = succeed("rank", wiper, "--nearest", "3", "--json")
     assert [record["design"] for record in json.loads(out)] == nearest.index.tolist()
 
 
@@ -214,9 +212,7 @@ def test_rank_and_sweep_name_the_nearest_when_nothing_is_feasible(wiper, tmp_pat
     (tmp_path / "wiper.toml").write_text(WIPER)
     commands = [("rank", wiper), ("sweep", tmp_path / "wiper.toml", "-o", tmp_path / "again.h5")]
     for command in commands:
-        code, out, err = call(*command)
-
-        assert code == 0, err
+        out, err = succeed(*command)
         assert out == ""
         assert f"near: design {nearest:,} misses" in err
         assert "miss swing_angle and time_ratio together" in err
@@ -229,6 +225,5 @@ def test_a_file_of_the_front_alone_says_what_to_do(tmp_path):
 
     with pytest.raises(explore.RequestError, match="kept the Pareto set only"):
         explore.nearest(tmp_path / "front.h5")
-    code, _, err = call("rank", tmp_path / "front.h5")
-    assert code == 0
+    _, err = succeed("rank", tmp_path / "front.h5")
     assert "a sweep that keeps all designs shows which are nearest" in err

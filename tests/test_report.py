@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from command_line import assert_refused, call
+from command_line import assert_refused, call, succeed
 from stopping import interrupt
 from store_files import fill
 from studies import FEW, TABLE, TARGET, sweep_text
@@ -130,8 +130,7 @@ def test_an_interrupted_report_keeps_the_previous_page(in_results, monkeypatch):
 def test_any_file_name_is_accepted(in_results, name):
     path = in_results / f"{name.replace('/', '')}.h5"
     path.write_bytes((in_results / "results/small.h5").read_bytes())
-    code, out, err = call("report", "--", path.name)
-    assert code == 0, err
+    out, _ = succeed("report", "--", path.name)
     assert "\x1b" not in out
     page = (in_results / f"results/{path.stem}-report.html").read_text(encoding="utf-8")
     assert page.count("<title>") == page.count("</title>") == 1
@@ -148,8 +147,7 @@ def test_any_file_name_is_accepted(in_results, name):
 @pytest.mark.parametrize("end", ["", TARGET])
 def test_the_head_of_a_saved_study_says_which_linkage_and_which_target_it_is_of(tmp_path, end):
     results = sweep_text(tmp_path, TABLE + end, "own")
-    code, _, err = call("report", results.path, "-o", tmp_path / "own.html")
-    assert code == 0, err
+    succeed("report", results.path, "-o", tmp_path / "own.html")
     study = json.loads(re.search(r'id="study">(.*?)</script>', (tmp_path / "own.html").read_text())[1])
     values = "g = 100\nr = 20\nb = 90\nc = 80\n" + "ground_angle = 10\n" * bool(end)
     saved = sweep_text(tmp_path, f"{study['head']}\n[parameters]\n{values}", "saved")

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from command_line import assert_refused, call, run
+from command_line import assert_refused, call, run, succeed
 from linkage_cases import CASES
 from matplotlib.colors import to_hex
 from scipy.special import ndtr
@@ -345,8 +345,7 @@ def test_an_analysis_that_was_killed_is_finished(folder, robustness, tmp_path, m
         patch.setattr(AllDesignsWriter, "commit", interrupt)
         with pytest.raises(KeyboardInterrupt):
             explore.tolerance(source, designs=three, path=path)
-    code, out, _ = call("show", str(path))
-    assert code == 0
+    out, _ = succeed("show", str(path))
     assert "run its `explore tolerance` again to continue" in out
     with pytest.raises(ResultsError, match=r"killed\.h5 exists; name another file"):
         explore.tolerance(source, designs=three, seed=1, path=path)
@@ -495,8 +494,7 @@ def test_a_number_alone_is_of_all_lengths(folder):
     assert {name: entry["plus_minus"] for name, entry in found.items()} == {
         "crank": 0.2, "coupler": 0.05, "rocker": 0.05, "ground": 0.05,
     }  # fmt: skip
-    code, out, _ = call(*options[:-1], "--tolerance", "0.1")
-    assert code == 0
+    out, _ = succeed(*options[:-1], "--tolerance", "0.1")
     assert "first derivatives, in the unit of the metric per mm" in out
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from command_line import call
+from command_line import call, succeed
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -129,8 +129,7 @@ def after_the_summary(err):
 def test_a_sweep_says_which_bounds_waste_most_of_its_designs(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("study.toml").write_text(STUDIES[name])
-    code, _, err = call("sweep", "study.toml")
-    assert code == 0, err
+    _, err = succeed("sweep", "study.toml")
     results = explore.open_results("results/study.h5")
     frame = explore.read_results(results.path)
     total, missing = len(frame), int((frame["status"] == Status.UNREACHABLE).sum())
@@ -146,15 +145,14 @@ def test_a_sweep_says_which_bounds_waste_most_of_its_designs(name, tmp_path, mon
         chosen = frame.query(f"{parameter} {side} {value}")
         assert int(designs.replace(",", "")) == len(chosen)
         assert int(reachable.replace(",", "")) == (chosen["status"] != Status.UNREACHABLE).sum()
-    code, _, err = call("rank", "--where", "crank > 0")
+    err = call("rank", "--where", "crank > 0")[2]
     assert "".join(f"{line}\n" for line in others) in err
 
 
 def test_a_sweep_that_keeps_the_front_counts_what_is_unreachable(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("study.toml").write_text(STUDIES["drawn"])
-    code, _, err = call("sweep", "study.toml", "--keep", "front")
-    assert code == 0, err
+    _, err = succeed("sweep", "study.toml", "--keep", "front")
     counts = json.loads(str(explore.open_results("results/study.h5").attributes["studied_counts"]))
     assert after_the_summary(err) == [
         f"{counts['unreachable']:,} of 2,000 designs are unreachable: no crank gives swing_angle = 60 deg",
@@ -183,6 +181,5 @@ def test_where_no_bound_wastes_designs_none_is_named(tmp_path, monkeypatch):
         ],
     }
     for name, lines in expected.items():
-        code, _, err = call("sweep", f"{name}.toml")
-        assert code == 0, err
+        _, err = succeed("sweep", f"{name}.toml")
         assert after_the_summary(err) == lines, name

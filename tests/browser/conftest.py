@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from command_line import call
+from command_line import succeed
 from studies import box, sweep_text
 
 from browser.chromium import find_browser, find_driver, open_page, silence, silent_page
@@ -36,8 +36,7 @@ transmission_angle_max = {{ max = 150 }}
 def report_of(path, *, seconds=240):
     """Write the page of a results file beside it."""
     page = path.with_suffix(".html")
-    code, _, err = call("report", path, "-o", page, seconds=seconds)
-    assert code == 0, err
+    succeed("report", path, "-o", page, seconds=seconds)
     return page
 
 

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from command_line import call
+from command_line import succeed
 from studies import sweep_text
 
 import explore
@@ -21,8 +21,7 @@ def results(tmp_path_factory):
     """Designs with their page in inches, rpm and radians beside the file."""
     results = sweep_text(tmp_path_factory.mktemp("units"), STUDY, "inches")
     page = results.path.with_suffix(".html")
-    code, _, err = call("report", results.path, *CHOICES, "-o", page, seconds=240)
-    assert code == 0, err
+    succeed("report", results.path, *CHOICES, "-o", page, seconds=240)
     return results
 
 
@@ -59,8 +58,7 @@ def test_the_page_agrees_with_the_command_line(browser, results):
     motion = explore.simulate("crank-rocker", design, angles=7200)["transmission_angle"]
     assert np.abs(np.deg2rad(motion) - float(reading)).min() < 1e-3
     where = "4 <= crank <= 5 and 60 <= speed"
-    code, out, err = call("rank", results.path, *CHOICES, "--where", where, "--json", seconds=240)
-    assert code == 0, err
+    out, _ = succeed("rank", results.path, *CHOICES, "--where", where, "--json", seconds=240)
     ranked = {record["design"] for record in json.loads(out)}
     assert ranked <= set(declared.index[(declared["crank"] >= 101.6) & (declared["crank"] <= 127.0)])
     assert ranked

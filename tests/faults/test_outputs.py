@@ -6,7 +6,7 @@ from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
-from command_line import call
+from command_line import call, succeed
 from served import serving
 
 import explore
@@ -120,8 +120,7 @@ def test_a_full_disk_leaves_the_earlier_file(swept, small_disk, tmp_path, name):
     place, words = tmp_path / "roomy", (WRITERS | MORE_WRITERS | STARTERS)[name]
     place.mkdir()
     with serving(tmp_path / "served") if "{url}" in words else nullcontext() as service:
-        code, _, err = call(*order(words, swept, place / name, service), seconds=300)
-        assert code == 0, err
+        succeed(*order(words, swept, place / name, service), seconds=300)
         size = sum(map(len, contents(place).values()))
         for free in (0, size // 2):
             target = small_disk / name
