@@ -61,7 +61,7 @@ def find_dwells(task: DwellTask, count: int = 5, seed: int = 0) -> list[Dwell]:
     polished = [polish(task, numbers, side) for numbers, side in zip(fits.numbers, fits.sides, strict=True)]
 
     def are_same(one: Polished, other: Polished) -> bool:
-        return bool(np.abs(one.numbers - other.numbers).max() <= _SAME)
+        return not np.abs(one.numbers - other.numbers).max() > _SAME
 
     found = distinct(sorted(polished, key=lambda each: each.cost), are_same)
     return [dwell for each in found if (dwell := _dwell(task, each)) is not None]

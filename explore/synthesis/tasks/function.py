@@ -129,10 +129,10 @@ class _Search:
         fitted = fit_four_bar(inputs, starts[1] + self.law.outputs(x, self.turns[1]))
         lengths = abs(fitted.crank), fitted.coupler, abs(fitted.rocker)
         # A negative length is a link in the opposite direction.
-        turned = starts[0] + math.pi * (fitted.crank < 0.0), starts[1] + math.pi * (fitted.rocker < 0.0)
-        outputs = fitted.outputs(inputs) + turned[1] - starts[1]
-        branch = branch_of(np.array(lengths), inputs + turned[0] - starts[0], outputs)
-        return FoundGenerator(FourBarGenerator(*lengths, branch), *turned, math.nan, math.nan)
+        crank, rocker = math.pi * (fitted.crank < 0.0), math.pi * (fitted.rocker < 0.0)
+        branch = branch_of(np.array(lengths), inputs + crank, fitted.outputs(inputs) + rocker)
+        generator = FourBarGenerator(*lengths, branch)
+        return FoundGenerator(generator, starts[0] + crank, starts[1] + rocker, math.nan, math.nan)
 
     @property
     def target(self) -> FunctionTarget:
