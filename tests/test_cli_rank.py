@@ -137,7 +137,7 @@ def test_a_wrong_condition_or_limit_gets_one_line(sweep_folder, arguments, messa
 
 
 def test_a_condition_on_a_front_warns_of_missing_designs(sweep_folder, tmp_path):
-    study = explore.load_study(sweep_folder / "study.toml")
+    study = explore.load_study(sweep_folder / "all.toml")
     explore.sweep(study, tmp_path / "front.h5", keep="front")
     every = explore.rank(sweep_folder / "all.h5", limits={"cv": {"max": 0.9}})
 
