@@ -55,8 +55,8 @@ FIRST_POINT = 39
 
 SIGNAL_ROWS = FIRST_POINT + MOST_POINTS * POINT_ROWS
 
-# Bits of `needs`: the slider alone, the crank's length with the rod, the groove, forces, forces in pins, two for each
-# point.
+# Bits of `needs`: the slider alone, the crank's length, the groove and the rod's angle, forces, forces in pins, two for
+# each point.
 SLIDER, CRANK, GROOVE, FORCES, PINS, POINTS = 1, 2, 4, 8, 16, 32
 ALL_POINTS = POINTS * (4**MOST_POINTS - 1)
 

@@ -138,7 +138,7 @@ def _fill_slider(constants, tangents, anchor, law, out):
 
 @subroutine(fast=True, no_alias=True)
 def _fill_crank(constants, tangents, anchor, law, out):
-    """Fill the slider, the crank's length and its rate, the rod's angle and the groove at one node of each lane."""
+    """Fill the slider, and the crank's length with its rates, at one node of each lane."""
     back, steady = law >= FIRST_LAW_BACK, law % FIRST_LAW_BACK == STEADY_LAW
     for lane in range(LANES):
         u = -tangents[lane] if back else tangents[lane]
@@ -173,17 +173,30 @@ def _fill_crank(constants, tangents, anchor, law, out):
         crank1 = along1 + r + d * r1
         crank2 = along2 + 2.0 * r1 + d * r2
         sign = -1.0 if back else 1.0
-        hypotenuse = crank * crank + crank1 * crank1
-        one_over = 1.0 / (hypotenuse * math.sqrt(hypotenuse))
-        out[CRANK_LENGTH * LANES + lane] = crank
         speed = constants[Row.CRANK_SPEED * LANES + lane]
+        out[CRANK_LENGTH * LANES + lane] = crank
         out[CRANK_SECOND_RATE * LANES + lane] = speed * speed * crank2
         out[CRANK_RATE * LANES + lane], out[RATE_TERMS * LANES + lane] = sign * speed * crank1, speed * rod
-        out[ROD_ANGLE * LANES + lane] = arctangent(-sign * crank * sine, position - crank * cosine)
-        out[PRESSURE_ANGLE * LANES + lane] = arctangent(sign * crank1, crank)
+
+
+@subroutine(fast=True, no_alias=True)
+def _fill_groove(constants, tangents, anchor, out):
+    """Fill the rod's angle and the groove from slider and crank at one node of each lane."""
+    mirror = 1.0 if anchor == 0 else -1.0
+    for lane in range(LANES):
+        u = tangents[lane]
+        w = mirror / (1.0 + u * u)
+        sine, cosine = 2.0 * u * w, (1.0 - u) * (1.0 + u) * w
+        rod, one_over_speed = constants[Row.LENGTH * LANES + lane], 1.0 / constants[Row.CRANK_SPEED * LANES + lane]
+        crank, slope = out[CRANK_LENGTH * LANES + lane], out[CRANK_RATE * LANES + lane] * one_over_speed
+        bend = out[CRANK_SECOND_RATE * LANES + lane] * one_over_speed * one_over_speed
+        hypotenuse = crank * crank + slope * slope
+        one_over = 1.0 / (hypotenuse * math.sqrt(hypotenuse))
+        out[ROD_ANGLE * LANES + lane] = arctangent(-crank * sine, out[POSITION * LANES + lane] - crank * cosine)
+        out[PRESSURE_ANGLE * LANES + lane] = arctangent(slope, crank)
         out[PRESSURE_TERMS * LANES + lane] = rod / crank
-        out[CURVATURE * LANES + lane] = (hypotenuse + crank1 * crank1 - crank * crank2) * one_over
-        out[CURVATURE_TERMS * LANES + lane] = (hypotenuse + crank1 * crank1 + crank * (abs(crank2) + rod)) * one_over
+        out[CURVATURE * LANES + lane] = (hypotenuse + slope * slope - crank * bend) * one_over
+        out[CURVATURE_TERMS * LANES + lane] = (hypotenuse + slope * slope + crank * (abs(bend) + rod)) * one_over
 
 
 @compiled(FILL_SIGNATURE)
@@ -195,6 +208,8 @@ def fill(constants, tangents, anchor, law, _variant, count, needs, out):
             _fill_crank(constants, node, anchor, law, signals)
         else:
             _fill_slider(constants, node, anchor, law, signals)
+        if needs & GROOVE:
+            _fill_groove(constants, node, anchor, signals)
         if needs & FORCES:
             fill_links(constants, node, anchor, signals)
             fill_forces(constants, node, anchor, law, signals)
