@@ -8,7 +8,8 @@ from exact_gears import DIGITS, Drive, ExactGears
 import explore
 from explore.mechanisms.registry import MECHANISMS
 
-SIGNALS = tuple(signal.name for signal in MECHANISMS["gears"].signals)
+#: Signals of one train.
+SIGNALS = tuple(signal.name for signal in MECHANISMS["gears"].signals if hasattr(ExactGears, f"_{signal.name}"))
 CONSTANTS = ["law_constant", "return_amplitude", "return_frequency", "return_shift", "return_mean"]
 #: What the reference of several trains errs by at most, in double precision.
 _ROUNDING = 1e-12
@@ -37,7 +38,7 @@ def intervals_of_gears(count, seed=0):
         design, exact = gear_pair(rng)
         start = int(rng.integers(-90, 270))
         stop = start + int(10.0 ** rng.uniform(0.0, 2.47))
-        signal = "overall_ratio" if number % 10 == 9 else str(rng.choice(SIGNALS[:-1]))
+        signal = "overall_ratio" if number % 10 == 9 else str(rng.choice(SIGNALS))
         if signal == "overall_ratio":
             mean, square, low, high = map(mp.mpf, Drive(exact).statistics(np.radians(start), np.radians(stop)))
         else:

@@ -25,7 +25,7 @@ from explore.mechanisms.gears.columns import (
     STEADY,
 )
 from explore.mechanisms.gears.law import driven_angle_at, driver_angle_at, ratio_in_turn
-from explore.mechanisms.golden import narrowed, sections
+from explore.mechanisms.golden import sections
 
 #: Number of steps of a grid on which the lowest ratio is looked for, per period of the return.
 _GRID = 32
@@ -162,10 +162,15 @@ def _least(constants, lane, start, stop, steps, of_one):
 @subroutine()
 def _refine(constants, lane, low, high, of_one):
     """The least `_value` on a short interval; golden sections converge also onto the corner between two trains."""
-    least = math.inf
+    left, right = sections(low, high)
+    at_left, at_right = _value(constants, lane, left, of_one), _value(constants, lane, right, of_one)
     for _ in range(_SECTIONS):
-        left, right = sections(low, high)
-        at_left, at_right = _value(constants, lane, left, of_one), _value(constants, lane, right, of_one)
-        least = min(least, min(at_left, at_right))
-        low, high = narrowed(low, high, at_left, at_right)
-    return least
+        if at_left < at_right:
+            high, right, at_right = right, left, at_left
+            left, _ = sections(low, high)
+            at_left = _value(constants, lane, left, of_one)
+        else:
+            low, left, at_left = left, right, at_right
+            _, right = sections(low, high)
+            at_right = _value(constants, lane, right, of_one)
+    return min(at_left, at_right)

@@ -24,7 +24,7 @@ from explore.mechanisms.gears.columns import (
 )
 from explore.mechanisms.gears.law import ratio_at
 from explore.mechanisms.gears.smoothstep_law import smoothstep_bend, steepness
-from explore.mechanisms.golden import narrowed, sections
+from explore.mechanisms.golden import sections
 
 # Quantities that `_least_in_return` searches: the convexities of both gears, and minus the tangent of the tilt.
 _DRIVER, _DRIVEN, _TILT = range(3)
@@ -127,13 +127,18 @@ def _least_in_return(constants, lane, quantity):
 @subroutine()
 def _refined(constants, lane, low, high, quantity):
     """The least value of a quantity on a short part of the return sector, by golden sections."""
-    least = math.inf
+    left, right = sections(low, high)
+    at_left, at_right = _measure(constants, lane, left, quantity), _measure(constants, lane, right, quantity)
     for _ in range(_SECTIONS):
-        left, right = sections(low, high)
-        at_left, at_right = _measure(constants, lane, left, quantity), _measure(constants, lane, right, quantity)
-        least = min(least, min(at_left, at_right))
-        low, high = narrowed(low, high, at_left, at_right)
-    return least
+        if at_left < at_right:
+            high, right, at_right = right, left, at_left
+            left, _ = sections(low, high)
+            at_left = _measure(constants, lane, left, quantity)
+        else:
+            low, left, at_left = left, right, at_right
+            _, right = sections(low, high)
+            at_right = _measure(constants, lane, right, quantity)
+    return min(at_left, at_right)
 
 
 @subroutine()
