@@ -179,6 +179,14 @@ def test_errors_of_functions_are_proved_to_be_undefined_where_no_linkage_assembl
         assert (proof.verdict, proof.reason) == ("proved", "")
 
 
+def test_an_error_of_a_function_beside_a_dead_point_is_not_refuted():
+    """A pair is missed by a rounding, which the program does not tell."""
+    lengths = {"crank": 30.0, "coupler": 34.6147439960248, "rocker": 15.385256003975199, "ground": 40.0}
+    target = {"kind": "function", "table": [[0, 0], [-10, 4], [-30, 7]]}
+    row, proof, _ = proofs_of("crank-rocker", lengths | {"input_start": 90.0, "output_start": 100.0}, FUNCTIONS, target)
+    assert np.isnan(row["output_error_rms"]) or proof.verdict == "open"
+
+
 def test_targets_of_tables_are_proved():
     names = {"r1": 100.0, "r2": 400.0, "r3": 350.0, "r4": 420.0}
     table = explore.Linkage(COUPLER)

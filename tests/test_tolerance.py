@@ -138,6 +138,14 @@ def test_designs_of_the_results_file_keep_the_objectives_of_their_study(folder, 
     assert tuple(again.designs.attrs["objectives"]) == results.objectives
 
 
+def test_an_objective_that_is_a_parameter_stays_one(tmp_path):
+    study = sweep_text(tmp_path, f'{GOOD}[rank]\nmetrics = ["coupler:min", "cv"]\n')
+    explore.tolerance(study, {"crank": 0.1}, int(explore.rank(study).index[0]), draws=100, path=tmp_path / "robust.h5")
+    results = explore.open_results(tmp_path / "robust.h5")
+    assert results.objectives == ("yield:max", "coupler:min", "cv_robust:min")
+    assert results.own_objectives == ("coupler:min", "cv:min")
+
+
 def test_a_metric_with_the_name_of_a_column_that_is_added_is_refused(tmp_path):
     formula = '[metrics]\ncv_worst = { formula = "2 * cv", unit = "1" }\n'
     sweep_text(tmp_path, f'{GOOD}[evaluate]\nmetrics = ["cv"]\n{formula}')

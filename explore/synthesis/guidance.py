@@ -163,8 +163,8 @@ def _examined(poses: Poses, fixed: ComplexArray, moving: ComplexArray) -> Pairs:
 def _passed(angles: FloatArray, lengths: FloatArray) -> tuple[BoolArray, BoolArray]:
     """Whether the crank's angles from the frame, (poses, n), go one way, and whether one range of the crank has them.
 
-    The crank passes the angle 0 if coupler and rocker reach over the short distance there, and half a turn if they do
-    over the long one. Where it passes neither, angles of both signs are on two circuits.
+    As `defects._ranges` says, the crank passes the angle 0 if coupler and rocker reach over the short distance there,
+    and half a turn if they do over the long one. Where it passes neither, angles of both signs are on two circuits.
     """
     crank, coupler, rocker, ground = lengths
     is_ahead, is_back = np.abs(crank - ground) >= np.abs(coupler - rocker), crank + ground <= coupler + rocker

@@ -2,12 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import cycle
 
 import numpy as np
 
 from explore.model.columns import Arrays
-from explore.model.quantities import FloatArray
+from explore.model.quantities import FloatArray, SampledMetric
 from explore.testing import dense_statistics
 from explore.testing.dense_statistics import Statistics
 from explore.testing.subject import COMPUTED, Subject, WindowArgument, name_of
@@ -130,7 +129,8 @@ def _deviations(subject: Subject, window: WindowArgument, drive: str) -> Iterato
     """Each computed statistic of a window beside that of dense sampling, with the name of its signal or closed form."""
     results = [
         (metric.signal.name, metric.name, metric, tolerance, subject.evaluate([metric.name], window, drive, tolerance))
-        for metric, tolerance in zip(subject.sampled_metrics(window), cycle(_TOLERANCES), strict=False)
+        for metric in subject.sampled_metrics(window)
+        for tolerance in [_tolerance_of(subject, metric)]
     ]
     for name, metric in subject.closed_forms(window):
         # with the statistic, which is not computed where the signal does not exist
@@ -147,6 +147,12 @@ def _deviations(subject: Subject, window: WindowArgument, drive: str) -> Iterato
             row = subject.signals.index(metric.signal)
             dense = _Dense(values.of(row), errors.of(row))
             yield key, _compare(name, metric.statistic, result, design, tolerance, dense)
+
+
+def _tolerance_of(subject: Subject, metric: SampledMetric) -> float:
+    """One of the tolerances: each signal begins with another one."""
+    number = subject.signals.index(metric.signal) + metric.signal.statistics.index(metric.statistic)
+    return _TOLERANCES[number % len(_TOLERANCES)]
 
 
 def _measure(subject: Subject, design: int, limits: tuple[float, float]) -> tuple[Statistics, Statistics]:

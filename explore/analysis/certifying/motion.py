@@ -87,10 +87,9 @@ class Motion:
             return [(arb(0), 2 * arb.pi())]
         raise UnprovedError("where designs beside a change point assemble cannot be certified")
 
-    def may_assemble(self, angle: arb) -> bool:
-        """Whether no joint certainly misses an input angle, rad."""
-        factors = self.graph.function([factor.value.terms[0] for factor in self.graph.equations.factors])
-        return not any(value < 0 for value in factors.at(angle))
+    def misses(self, angle: arb) -> bool:
+        """Whether some joint certainly does not assemble at an input angle, rad."""
+        return self._turning.misses(angle)
 
     # marks and windows
 

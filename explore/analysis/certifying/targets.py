@@ -43,7 +43,7 @@ class TargetErrors:
         measure = formula.function
         if isinstance(measure, TargetMeasure) and isinstance(measure.target, FunctionTarget):
             start = self._parameters[STARTS[0].name]
-            if not all(self._motion.may_assemble(_radians(start, turned)) for turned, _ in measure.target.table):
+            if any(self._motion.misses(_radians(start, turned)) for turned, _ in measure.target.table):
                 return None
         found = self._find(formula, measure) if isinstance(measure, TargetMeasure) else None
         if found is None or formula.scale is None:

@@ -16,6 +16,8 @@ from explore.model.status import Status
 
 #: Least factor that is told from 0, over the size of its terms: ten times the rounding that the program allows for.
 _ROOM = 1e-13
+#: Largest rounding of an angle at which a linkage is to assemble, rad.
+_NEAR = 1e-13
 #: Largest swing of a link whose angle is followed, rad; the program follows 6.
 _LARGEST_SWING = 5.9
 #: Least distance of the first angle of a link from half a turn, rad: nearer ones may be on either side.
@@ -48,10 +50,18 @@ class Turning:
             raise UnprovedError("whether it assembles at some angle is not decided")
         return blocked_at(self._joints.index(self._factors[min(first)].joint))
 
+    def misses(self, angle: arb) -> bool:
+        """Whether a factor is certainly negative at all angles near one, beyond what rounding tells."""
+        return any(value < -room for value, room in self._with_room(angle + arb(0, _NEAR)))
+
+    def _with_room(self, angle: arb) -> list[tuple[arb, arb]]:
+        """The factors at an angle, and what rounding may hide of each."""
+        pairs = zip(self._factors, self._values.at(angle), self._sizes.at(angle), strict=True)
+        return [(value, abs(size) * arb(_ROOM) if factor.size else arb(0)) for factor, value, size in pairs]
+
     def _blocked(self, angle: arb) -> int:
         """The first factor that is negative at an angle; -1 for none."""
-        for k, (value, size) in enumerate(zip(self._values.at(angle), self._sizes.at(angle), strict=True)):
-            room = abs(size) * arb(_ROOM) if self._factors[k].size else arb(0)
+        for k, (value, room) in enumerate(self._with_room(angle)):
             if value < -room:
                 return k
             if not value > room:

@@ -178,7 +178,8 @@ class TolerancePlan:
         senses["assembled"] = "max"
         for name, sense in self.run.request.senses.items():
             senses |= {f"{name}_robust": sense, f"{name}_worst": sense}
-        robust = [f"{o.metric}_robust:{o.sense}" for o in self.objectives if o.metric in self.run.request.senses]
+        endings = dict.fromkeys(self.frame.columns, "") | dict.fromkeys(self.run.request.senses, "_robust")
+        robust = [f"{o.metric}{endings[o.metric]}:{o.sense}" for o in self.objectives if o.metric in endings]
         tolerances = {t.parameter: [t.plus_minus, t.distribution] for t in self.run.request.tolerances}
         determined = {"tolerances": tolerances, "draws": self.run.draws, "seed": self.run.seed}
         return {"senses": senses, "objectives": ["yield:max", *robust], "tolerances": determined}

@@ -98,7 +98,6 @@ def solve_shift(log_growth, sector, constant, trains):
 def solve_ripple(constants, lane, branch, largest_shift):
     """The change of the ratio of all trains over the turn, over its largest value; fill the ratio where it is 0."""
     shift, sector = constants[SHIFT * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
-    constants[STEADY * LANES + lane] = 0.0
     if shift == 0.0 or (branch == 1.0 and shift <= largest_shift):
         constants[STEADY * LANES + lane] = math.exp(constants[LOG_GROWTH * LANES + lane] * shift)
         return 0.0

@@ -26,12 +26,12 @@ from explore.mechanisms.gears.columns import (
     TURNED,
 )
 
-#: Number of Gauss-Legendre nodes of a panel: enough for the sharpest ratio, m^b = 1e100.
+#: Number of Gauss-Legendre nodes of a panel: enough for growths up to 1e15, the largest parameters.
 _NODES = 16
 
 _X, _WEIGHTS = np.polynomial.legendre.leggauss(_NODES)
 _MOST_STEPS = 60
-#: Largest last step of Halley's method: the cube of it is below rounding for the sharpest ratio.
+#: Largest last step of Halley's method: the cube of it is below rounding, times the square of the growth's logarithm.
 _LAST_STEP = 1e-7
 
 
