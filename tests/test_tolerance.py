@@ -138,6 +138,12 @@ def test_designs_of_the_results_file_keep_the_objectives_of_their_study(folder, 
     assert tuple(again.designs.attrs["objectives"]) == results.objectives
 
 
+def test_the_text_of_a_robustness_is_its_size_and_yields(robustness):
+    yields = robustness.designs["yield"]
+    expected = f"<Robustness of {len(yields)} designs: yield {yields.min():.6g} to {yields.max():.6g}>"
+    assert repr(robustness) == expected
+
+
 def test_an_objective_that_is_a_parameter_stays_one(tmp_path):
     study = sweep_text(tmp_path, f'{GOOD}[rank]\nmetrics = ["coupler:min", "cv"]\n')
     explore.tolerance(study, {"crank": 0.1}, int(explore.rank(study).index[0]), draws=100, path=tmp_path / "robust.h5")
