@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from studies import sweep_text
+from studies import TABLE, TARGET, sweep_text
 
 import explore
 from browser.chromium import silent_page
 from browser.conftest import report_of
 from explore.figures.charts.path import path_chart
+from explore.studies.config.linkage import mechanism_of
 
 STUDY = """mechanism = "crank-rocker"
 [points]
@@ -94,3 +95,44 @@ metrics = ["path_error_max"]
         page.wait_for_function("() => window.texts.length > 5")  # no text, which the policy of the page forbids
         ticks = [text for text in page.evaluate("window.texts") if "°" not in text]
         assert max(map(float, ticks)) > 10.0
+
+
+#: Two four-bars of a table with a target, of which one turns and the other moves over the interval of the study alone.
+BLOCKED = (
+    (TABLE.replace("[20, 30]", "[20, 79]") + TARGET).replace("[[40, 40]", "[[60, 50]")
+    + """
+[evaluate]
+window = { from = -40, to = 60 }
+metrics = ["P_x_mean"]
+"""
+)
+
+
+@pytest.fixture(scope="module")
+def blocked(tmp_path_factory):
+    results = sweep_text(tmp_path_factory.mktemp("blocked"), BLOCKED, "blocked")
+    report_of(results.path)
+    return results
+
+
+def test_marks_of_a_design_that_does_not_turn_are_where_its_path_is_nearest(browser, blocked):
+    with silent_page(browser, blocked.path.with_suffix(".html"), viewport={"width": 1400, "height": 1800}) as page:
+        marks = page.evaluate(
+            """() => {
+                const { prototype } = CanvasRenderingContext2D, arc = prototype.arc, found = [];
+                const { shared } = exploreReport.page;
+                shared.chosen.set(0);
+                prototype.arc = function (x, y, radius, ...rest) {
+                    const share = (x - 42) / (this.canvas.clientWidth - 50);
+                    if (radius === 2.4) found.push(-40 + 100 * share);
+                    return arc.call(this, x, y, radius, ...rest);
+                };
+                shared.chosen.set(1);
+                return found.slice(0, 3);
+            }"""
+        )
+    angles, design = np.linspace(-40.0, 60.0, 2001), {"g": 100, "r": 79, "b": 90, "c": 80}
+    motion = explore.simulate(mechanism_of(blocked).name, design, angles=angles)
+    path = (motion["P_x"] + 1j * motion["P_y"]).to_numpy() * np.exp(1j * np.deg2rad(10.0))
+    points = [complex(*point) for point in blocked.target.points]
+    assert marks == pytest.approx([angles[np.abs(path - point).argmin()] for point in points], abs=0.06)

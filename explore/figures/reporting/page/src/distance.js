@@ -1,6 +1,7 @@
 /** How far the path of a design is from the target of the study, over the input angle. */
 
 import { poseAt, sum } from "./drawing.js";
+import { isTurn, shownAngle } from "./span.js";
 import { cornersOf } from "./target.js";
 
 /** Most given points whose places on the path are looked for. */
@@ -24,7 +25,8 @@ export function targetPanel({ motion, turn, drawing }) {
     vectors = drawing.drawing.points[target.point];
   const placeAt = (degrees) => sum(vectors, poseAt(motion, degrees));
   const at = (degrees) => factor * distanceToLine(placeAt(degrees), corners);
-  const marks = nearestPlaces(target, drawing.turn[target.point], placeAt).map(([angle, far]) => [angle, factor * far]);
+  const nearest = nearestPlaces(target, drawing.turn[target.point], motion.span, placeAt);
+  const marks = nearest.map(([angle, far]) => [angle, factor * far]);
   const farthest = marks.reduce((most, [, far]) => Math.max(most, far), 0);
   const { angles } = turn;
   const values = Float64Array.from(angles, at);
@@ -61,20 +63,23 @@ function distanceToLine([x, y], corners) {
  * Of each given point the input angle, deg, at which the path is nearest, and the distance there; none of many points,
  * and of points at given crank angles.
  */
-function nearestPlaces({ points, timed }, path, placeAt) {
+function nearestPlaces({ points, timed }, path, span, placeAt) {
   if (timed || points.length > MOST_SOUGHT) return [];
   return points.map(([x, y]) => {
     const far = ([px, py]) => Math.hypot(px - x, py - y);
     const distances = path.map(far);
     const nearest = distances.reduce((best, one, k) => (one < distances[best] ? k : best), 0);
-    const step = 360 / (path.length - 1);
-    let [low, high] = [(nearest - 1) * step, (nearest + 1) * step];
+    const [first, last] = span,
+      step = (last - first) / (path.length - 1);
+    let [low, high] = [nearest - 1, nearest + 1].map((k) => first + k * step);
+    // A part of a turn ends at its ends.
+    if (!isTurn(span)) [low, high] = [Math.max(low, first), Math.min(high, last)];
     for (let k = 0; k < HALVINGS; k++) {
       const [a, b] = [low + (high - low) / 3, high - (high - low) / 3];
       if (far(placeAt(a)) < far(placeAt(b))) high = b;
       else low = a;
     }
     const angle = (low + high) / 2;
-    return [((angle % 360) + 360) % 360, far(placeAt(angle))];
+    return [shownAngle(span, angle), far(placeAt(angle))];
   });
 }
