@@ -136,3 +136,14 @@ def test_marks_of_a_design_that_does_not_turn_are_where_its_path_is_nearest(brow
     path = (motion["P_x"] + 1j * motion["P_y"]).to_numpy() * np.exp(1j * np.deg2rad(10.0))
     points = [complex(*point) for point in blocked.target.points]
     assert marks == pytest.approx([angles[np.abs(path - point).argmin()] for point in points], abs=0.06)
+
+
+def test_a_design_that_does_not_turn_is_shown_within_its_motion_after_one_that_turns(browser, blocked):
+    path = blocked.path.with_suffix(".html")
+    with silent_page(browser, path, reduced_motion="reduce") as page:
+        page.evaluate("const { shared } = exploreReport.page; shared.pins.toggle(0); shared.chosen.set(1);")
+        slider = page.locator("#design input[type=range]")
+        slider.evaluate("node => { node.value = 200; node.dispatchEvent(new Event('input')); }")
+        page.evaluate("exploreReport.page.shared.pins.toggle(0)")
+        assert page.locator("#design .reading").inner_text() == "crank angle −40.0°"
+        assert "–" not in page.locator("figure.curve .value").first.inner_text()

@@ -60,6 +60,8 @@ export function designPanel(root, model, { chosen, pins }) {
     stage.hidden = !drawn;
     if (!state.shown.length) return controls.pause();
     state.span = jointSpan(state.shown.map(({ motion }) => motion));
+    // The designs shown before may have moved over more of a turn.
+    if (state.degrees < state.span[0] || state.degrees > state.span[1]) state.degrees = startOf(state.shown[0].motion);
     const names = state.shown.map((one) => designName(model, one.row)).join(", ");
     canvas.setAttribute("aria-label", `the mechanism of design ${names} in true proportions`);
     const panels = state.isCompared ? comparedPanels(state.shown) : panelsOf(state.shown[0]);
