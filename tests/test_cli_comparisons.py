@@ -191,9 +191,16 @@ def test_stability_of_gears_counts_the_outcomes_of_random_starts(monkeypatch):
     assert {path.name for path in Path("tables").iterdir()} == {"starts.csv", "counts.csv", "starts.png", "starts.svg"}
 
 
-def test_stability_of_an_unknown_mechanism():
-    hint = "did you mean 'slider-crank'? a study of a linkage is a .toml file"
-    assert_refused(call("stability", "slider-crnk"), 2, f"error: no stability map of 'slider-crnk'; {hint}\n")
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("slider-crnk", "did you mean 'slider-crank'?"),
+        ("nothing", "available: crank-rocker, slider-crank, variable-crank, gears"),
+    ],
+)
+def test_stability_of_an_unknown_mechanism(name, hint):
+    reason = f"no stability map of '{name}'; a study of a linkage is a .toml file; {hint}"
+    assert_refused(call("stability", name), 2, f"error: {reason}\n")
     assert not Path("results").exists()
 
 

@@ -90,7 +90,7 @@ def declared_case(name: str) -> StabilityCase:
     declared = [each.name for each in MECHANISMS.load_all()[0].values() if each.loop is not None]
     if name not in declared:
         hint = suggestion(name, [*declared, random_starts.MECHANISM])
-        raise RequestError(f"no stability map of {name!r}; {hint} a study of a linkage is a .toml file")
+        raise RequestError(f"no stability map of {name!r}; a study of a linkage is a .toml file; {hint}")
     return stability_case(MECHANISMS[name])
 
 
