@@ -298,6 +298,19 @@ def test_bounds_that_nothing_can_meet_leave_nothing_feasible(tmp_path):
     sweep_text(tmp_path, text.replace("8192", "256"), "none")
     output = run("refine", "none.h5", "--evaluations", "2000", cwd=tmp_path)
     assert "none of the designs is feasible; the nearest of all: explore rank" in output.stderr
+    refusal = run("refine", "none.h5", "--evaluations", "9", "--restart", cwd=tmp_path, code=2).stderr
+    assert "evaluations = 9: the refinement begins with 90 designs; evaluate more than these\n" in refusal
+
+
+def test_a_front_of_one_design_that_stays_one_does_not_grow(tmp_path):
+    """One objective is twice the other."""
+    text = box(
+        'count = 64\n[metrics]\ntwice = { formula = "2 * cv", unit = "1" }\n[rank]\nmetrics = ["cv", "twice:min"]\n'
+    )
+    sweep_text(tmp_path, text, "one")
+    refusal = run("refine", "one.h5", "--evaluations", "1", cwd=tmp_path, code=2).stderr
+    assert "evaluations = 1: the refinement begins with 1 design; evaluate more than these\n" in refusal
+    assert "the front went from 1 design to 1" in run("refine", "one.h5", "--evaluations", "300", cwd=tmp_path).stderr
 
 
 def test_lists_alone_cannot_be_refined(tmp_path):

@@ -194,7 +194,7 @@ def test_a_file_of_another_kind_or_of_none_is_refused(text, kind, reason):
         ({"refine": "waits"}, StateError, "waits is queued; its results can be refined when it is done"),
         ({"metric": ("cv",)}, RequestError, "cv alone has one best design, not a front"),
         ({"metric": ("cv", "cvv")}, RequestError, "cvv"),
-        ({"evaluations": 1}, RequestError, "evaluations = 1: the front to refine has"),
+        ({"evaluations": 1}, RequestError, "evaluations = 1: the refinement begins with"),
         ({"seed": -1}, RequestError, "seed = -1: must be at least 0"),
         (
             {"evaluations": 2_000_000_000},

@@ -149,7 +149,8 @@ def plan_refinement(
     n_start = len(frame)
     if evaluations <= n_start:
         raise RequestError(
-            f"evaluations = {evaluations:,}: the front to refine has {n_start:,} designs; evaluate more than these"
+            f"evaluations = {evaluations:,}: the refinement begins with {n_start:,} "
+            f"design{'s' * (n_start > 1)}; evaluate more than these"
         )
     start = _start_columns(results, study, frame.sort_index().reset_index())
     return RefinementPlan(study, ranking.objectives, start, evaluations, seed, scales)

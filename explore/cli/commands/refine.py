@@ -78,8 +78,11 @@ def _report(summary: Summary, plan: RefinementPlan) -> None:
         say(f"none of the designs is feasible; the nearest of all: explore rank {summary.path} --nearest 10", "yellow")
         return
     if plan.has_front:
-        text = f"the front grew from {count_of(n_start, 'design')} to {len(ranking.frame):,}"
+        verb = "grew" if len(ranking.frame) > n_start else "went"
+        text = f"the front {verb} from {count_of(n_start, 'design')} to {len(ranking.frame):,}"
     else:
-        text = f"from {n_start:,} designs near feasible to a front of {count_of(len(ranking.frame), 'design')}"
+        text = (
+            f"from {count_of(n_start, 'design')} near feasible to a front of {count_of(len(ranking.frame), 'design')}"
+        )
     share = growth(plan, ranking)
     say(text if share is None else f"{text}, its hypervolume by {share:.2%}")
