@@ -163,6 +163,7 @@ def _refine(constants, lane, low, high, of_one):
     """The least `_value` on a short interval; golden sections converge also onto the corner between two trains."""
     left, right = sections(low, high)
     at_left, at_right = _value(constants, lane, left, of_one), _value(constants, lane, right, of_one)
+    least = min(at_left, at_right)
     for _ in range(_SECTIONS):
         if at_left < at_right:
             high, right, at_right = right, left, at_left
@@ -172,4 +173,5 @@ def _refine(constants, lane, low, high, of_one):
             low, left, at_left = left, right, at_right
             _, right = sections(low, high)
             at_right = _value(constants, lane, right, of_one)
-    return min(at_left, at_right)
+        least = min(least, min(at_left, at_right))
+    return least

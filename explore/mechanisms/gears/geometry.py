@@ -129,6 +129,7 @@ def _refined(constants, lane, low, high, quantity):
     """The least value of a quantity on a short part of the return sector, by golden sections."""
     left, right = sections(low, high)
     at_left, at_right = _measure(constants, lane, left, quantity), _measure(constants, lane, right, quantity)
+    least = min(at_left, at_right)
     for _ in range(_SECTIONS):
         if at_left < at_right:
             high, right, at_right = right, left, at_left
@@ -138,7 +139,8 @@ def _refined(constants, lane, low, high, quantity):
             low, left, at_left = left, right, at_right
             _, right = sections(low, high)
             at_right = _measure(constants, lane, right, quantity)
-    return min(at_left, at_right)
+        least = min(least, min(at_left, at_right))
+    return least
 
 
 @subroutine()
