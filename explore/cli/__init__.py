@@ -14,6 +14,7 @@ from explore.base.errors import ConfigError, DoubtfulInputWarning, ExploreError,
 from explore.cli.application import app
 from explore.cli.options import name_options
 from explore.cli.output import complain, say
+from explore.cli.termination import keep_interrupts
 
 
 def _prepare_streams() -> None:
@@ -54,6 +55,7 @@ def command() -> Any:
 def main() -> None:
     """Run the command line; an error is one line on stderr, never a traceback."""
     _prepare_streams()
+    keep_interrupts()
     try:
         with _saying_doubts():
             command()()

@@ -1,8 +1,36 @@
-"""SIGTERM during a sweep."""
+"""SIGTERM during a sweep, and interrupts that C code drops."""
 
 import signal
+import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+
+#: Time after which a dropped interrupt is raised again, s: out of the callback that dropped it.
+_SOON = 0.01
+
+
+def keep_interrupts() -> None:
+    """Raise KeyboardInterrupt again where C code drops it, as a compiler's does in callbacks."""
+    report = sys.unraisablehook
+
+    def take(dropped: "sys.UnraisableHookArgs") -> None:
+        if not issubclass(dropped.exc_type, KeyboardInterrupt):
+            report(dropped)
+            return
+        timer = threading.Timer(_SOON, _interrupt)
+        timer.daemon = True
+        timer.start()
+
+    sys.unraisablehook = take
+
+
+def _interrupt() -> None:
+    """Raise KeyboardInterrupt in the main thread, also where the signal is ignored by now."""
+    import ctypes
+
+    number = ctypes.c_ulong(threading.main_thread().ident or 0)
+    ctypes.pythonapi.PyThreadState_SetAsyncExc(number, ctypes.py_object(KeyboardInterrupt))
 
 
 @contextmanager
