@@ -25,7 +25,7 @@ from explore.mechanisms.gears.columns import (
     STEADY,
 )
 from explore.mechanisms.gears.law import driven_angle_at, driver_angle_at, ratio_in_turn
-from explore.mechanisms.golden import sections
+from explore.mechanisms.golden import narrowed, sections
 
 #: Number of steps of a grid on which the lowest ratio is looked for, per period of the return.
 _GRID = 32
@@ -165,13 +165,9 @@ def _refine(constants, lane, low, high, of_one):
     at_left, at_right = _value(constants, lane, left, of_one), _value(constants, lane, right, of_one)
     least = min(at_left, at_right)
     for _ in range(_SECTIONS):
-        if at_left < at_right:
-            high, right, at_right = right, left, at_left
-            left, _ = sections(low, high)
-            at_left = _value(constants, lane, left, of_one)
-        else:
-            low, left, at_left = left, right, at_right
-            _, right = sections(low, high)
-            at_right = _value(constants, lane, right, of_one)
-        least = min(least, min(at_left, at_right))
+        is_left = at_left <= at_right
+        low, high, left, right, at_left, at_right = narrowed(low, high, left, right, at_left, at_right)
+        value = _value(constants, lane, left if is_left else right, of_one)
+        at_left, at_right = value if is_left else at_left, at_right if is_left else value
+        least = min(least, value)
     return least

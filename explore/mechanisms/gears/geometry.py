@@ -24,7 +24,7 @@ from explore.mechanisms.gears.columns import (
 )
 from explore.mechanisms.gears.law import ratio_at
 from explore.mechanisms.gears.smoothstep_law import smoothstep_bend, steepness
-from explore.mechanisms.golden import sections
+from explore.mechanisms.golden import narrowed, sections
 
 # Quantities that `_least_in_return` searches: the convexities of both gears, and minus the tangent of the tilt.
 _DRIVER, _DRIVEN, _TILT = range(3)
@@ -131,15 +131,11 @@ def _refined(constants, lane, low, high, quantity):
     at_left, at_right = _measure(constants, lane, left, quantity), _measure(constants, lane, right, quantity)
     least = min(at_left, at_right)
     for _ in range(_SECTIONS):
-        if at_left < at_right:
-            high, right, at_right = right, left, at_left
-            left, _ = sections(low, high)
-            at_left = _measure(constants, lane, left, quantity)
-        else:
-            low, left, at_left = left, right, at_right
-            _, right = sections(low, high)
-            at_right = _measure(constants, lane, right, quantity)
-        least = min(least, min(at_left, at_right))
+        is_left = at_left <= at_right
+        low, high, left, right, at_left, at_right = narrowed(low, high, left, right, at_left, at_right)
+        value = _measure(constants, lane, left if is_left else right, quantity)
+        at_left, at_right = value if is_left else at_left, at_right if is_left else value
+        least = min(least, value)
     return least
 
 

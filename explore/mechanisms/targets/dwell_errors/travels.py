@@ -3,7 +3,7 @@
 import math
 
 from explore.base.subroutines import subroutine
-from explore.mechanisms.golden import sections
+from explore.mechanisms.golden import narrowed, sections
 from explore.mechanisms.targets.dwell_errors.pieces import LENGTH, POWER, START, polynomial, value_at
 from explore.mechanisms.targets.path_errors.curve import TURN
 
@@ -107,14 +107,10 @@ def _least_between(motion, angle, low, high):
     a, b = sections(low, high)
     at_a, at_b = travel(motion, a, angle), travel(motion, b, angle)
     for _ in range(_SECTIONS):
-        if at_a <= at_b:
-            high, b, at_b = b, a, at_a
-            a, _ = sections(low, high)
-            at_a = travel(motion, a, angle)
-        else:
-            low, a, at_a = a, b, at_b
-            _, b = sections(low, high)
-            at_b = travel(motion, b, angle)
+        is_left = at_a <= at_b
+        low, high, a, b, at_a, at_b = narrowed(low, high, a, b, at_a, at_b)
+        value = travel(motion, a if is_left else b, angle)
+        at_a, at_b = value if is_left else at_a, at_b if is_left else value
     return (a, at_a) if at_a <= at_b else (b, at_b)
 
 
