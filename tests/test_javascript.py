@@ -77,8 +77,20 @@ def assigns_slices(out):
     out[1:3] = 0.0
 
 
+@compiled("void(float64[::1])")
+def assigns_what_it_counts_by(out):
+    for k in range(3):
+        out[k], k = 1.0, 0
+
+
 @pytest.mark.parametrize(
-    ("function", "line"), [(sorts, "out[0] = np.sort"), (assigns_slices, "out[1:3] = 0.0"), (lists, "sum([1.0, 2.0])")]
+    ("function", "line"),
+    [
+        (assigns_what_it_counts_by, "for k in range(3)"),
+        (sorts, "out[0] = np.sort"),
+        (assigns_slices, "out[1:3] = 0.0"),
+        (lists, "sum([1.0, 2.0])"),
+    ],
 )
 def test_what_has_no_translation_is_refused_with_its_place(function, line):
     with pytest.raises(TranslationError, match=r"test_javascript\.py:\d+: `.*` has no translation") as refusal:

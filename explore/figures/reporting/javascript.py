@@ -149,7 +149,11 @@ class _Function:
                 return [*lines, "else {", *self._block(orelse), "}"] if orelse else lines
             case ast.While(test=test, body=body, orelse=[]):
                 return [f"while ({self._expression(test)}) {{", *self._block(body), "}"]
-            case ast.For(target=ast.Name(id=name), iter=ast.Call(func=ast.Name(id="range"), args=bounds), orelse=[]):
+            case ast.For(
+                target=ast.Name(id=name), iter=ast.Call(func=ast.Name(id="range"), args=bounds), orelse=[]
+            ) if (
+                not _assigns(node.body, name)  # in JavaScript it would change how often the loop runs
+            ):
                 return self._loop(_identifier(name), bounds, node.body)
             case ast.Return(value=value):
                 return [f"return {self._expression(value)};" if value else "return;"]
@@ -254,6 +258,12 @@ class _Function:
     def _refusal(self, node: ast.AST) -> TranslationError:
         line = self._line + getattr(node, "lineno", 1) - 1
         return TranslationError(f"{self._file}:{line}: `{ast.unparse(node).splitlines()[0]}` has no translation")
+
+
+def _assigns(body: list[ast.stmt], name: str) -> bool:
+    """Whether statements give a name another value."""
+    names = (node for statement in body for node in ast.walk(statement) if isinstance(node, ast.Name))
+    return any(node.id == name and isinstance(node.ctx, ast.Store) for node in names)
 
 
 def _identifier(name: str) -> str:
