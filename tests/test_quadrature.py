@@ -42,6 +42,7 @@ from explore.evaluation.quadrature.panels import (
 )
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT, NODE_COUNTS, gauss_legendre_rules
 from explore.evaluation.quadrature.tiles import NODE_CAPACITY, SHAPE_SIZE, gather_shapes, place_nodes
+from explore.evaluation.quadrature.work_space import TILE_WORK_TYPE, Sizes, make_work_space
 
 _PATH = Path(__file__).parent / "reference" / "make_gauss_legendre.py"
 _SPEC = importlib.util.spec_from_file_location("make_gauss_legendre", _PATH)
@@ -232,12 +233,13 @@ _F1, _F2, _I1 = float64[::1], float64[:, ::1], int64[::1]
 
 
 @compiled(
-    types.Tuple((float64, float64, int64))(function_type(FILL_SIGNATURE), _F1, _F1, float64, _I1, _I1, _F2),
-    allocates=True,
-)
-def integrate_magnitude(fill, constants, panels, tolerance, size_of, row_of, table):
+    types.Tuple((float64, float64, int64))(
+        function_type(FILL_SIGNATURE), _F1, float64, _I1, _I1, _F2, TILE_WORK_TYPE
+    )
+)  # fmt: skip
+def integrate_magnitude(fill, panels, tolerance, size_of, row_of, table, tile):
     """`power_means` of power 0 of row 0, over one panel."""
-    return power_means(fill, constants, 0, 1, 0, 0, panels, 0, 1, 1, tolerance, size_of, row_of, table)
+    return power_means(fill, 0, 1, 0, 0, panels, 0, 1, 1, tolerance, size_of, row_of, table, tile)
 
 
 def clustered_rule(n, peak):
@@ -259,9 +261,11 @@ def test_two_rules_that_agree_by_accident_do_not_end_the_search(bracket):
     assert abs(clustered_rule(80, peak) / exact - 1.0) > 5.0 * tolerance
     panels = np.zeros(PANELS_SIZE)
     panels[[FIRST, LAST, HALF, SCALE]] = -1.0, 1.0, math.asinh(1.0), 1.0
-    integral, bound, _ = integrate_magnitude(
-        fill_squared_peak, np.full(LANES, peak), panels, tolerance, *gauss_legendre_rules()
-    )
+    sizes = Sizes(n_constants=1, n_fill_constants=1, rows=1, record_rows=1, first_parameter=0, noise_row=-1,
+                  variant_row=-1, is_disturbed=0)  # fmt: skip
+    _, tile, _ = make_work_space(sizes, 0)
+    tile.constants[:] = peak
+    integral, bound, _ = integrate_magnitude(fill_squared_peak, panels, tolerance, *gauss_legendre_rules(), tile)
     assert abs(integral / exact - 1.0) <= bound <= tolerance
 
 

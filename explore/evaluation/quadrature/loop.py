@@ -68,7 +68,7 @@ def _merge_rows(n, regular, per_design, stride, flags, w, work, sums):
             )  # fmt: skip
 
 
-@subroutine(allocates=True)
+@subroutine()
 def _sample_window(
     fill, disturbed_fill, sizes, tables, parameters, w, begin, here, statistics, nodes, error, excess, extremes, rare,
     work, tile, sums,
@@ -183,9 +183,9 @@ def _signature(extremes, rare):
     )  # fmt: skip
 
 
-sample_moments = compiled(_signature(types.none, types.none), allocates=True)(_sample)
-sample_extremes = compiled(_signature(types.int64, types.none), allocates=True)(_sample)
-sample_all = compiled(_signature(types.int64, types.int64), allocates=True)(_sample)
+sample_moments = compiled(_signature(types.none, types.none))(_sample)
+sample_extremes = compiled(_signature(types.int64, types.none))(_sample)
+sample_all = compiled(_signature(types.int64, types.int64))(_sample)
 
 
 def sample(

@@ -20,12 +20,11 @@ import numpy as np
 from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.bounds import CHUNK, FLAG_SQUARES
-from explore.evaluation.quadrature.brent import ACTIVE, BEST, BRENT_ROWS, minimise, start_lane
+from explore.evaluation.quadrature.brent import ACTIVE, BEST, minimise, start_lane
 from explore.evaluation.quadrature.chunks import gather_design
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
-from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
 from explore.evaluation.quadrature.slots import BOUND, ROOT_MEAN
-from explore.evaluation.quadrature.tiles import SHAPE_SIZE, TILE_RESOLUTION, TILE_SCALE
+from explore.evaluation.quadrature.tiles import TILE_RESOLUTION, TILE_SCALE
 
 #: Number of powers: power 0 has the exponent 1, power 1 the exponent 10/3.
 POWERS = 2
@@ -35,62 +34,39 @@ FEWEST_NODES = 20
 ROUNDS = 5
 #: Number of samples of a panel from which its local minima are refined.
 _SEARCH_NODES = 96
-#: Largest number of cuts of a panel, one for each lane; the error bound includes further minima, which are rare.
-_MOST_CUTS = LANES
-
-_NODE_CAPACITY = LARGEST_NODE_COUNT + LANES
 
 
-@subroutine(allocates=True)
+@subroutine()
 def power_means(
-    fill, constants, needs, rows, row, power, panels, begin, panel_count, stride, tolerance, size_of, row_of, table
+    fill, needs, rows, row, power, panels, begin, panel_count, stride, tolerance, size_of, row_of, table, tile
 ):
     """Integral of a power of a magnitude, its relative error bound, and the number of nodes used.
 
-    `constants` is a tile whose lanes are all the same design; its panels are every `stride`-th from `begin` on. Of the
-    `rows` of the signals, `row` holds the squares; `power` is the number of the power.
+    The lanes of the constants of the tile are all the same design; its panels are every `stride`-th from `begin` on. Of
+    the `rows` of the signals, `row` holds the squares; `power` is the number of the power.
     """
-    cuts = np.empty(_MOST_CUTS + 2)
-    t, weight, tangents = np.empty(_NODE_CAPACITY), np.empty(_NODE_CAPACITY), np.empty(_NODE_CAPACITY)
-    signals = np.empty(rows * _NODE_CAPACITY)
-    state, shape = np.zeros(BRENT_ROWS * LANES), np.zeros(SHAPE_SIZE)
+    tangents, weight, signals, cuts = tile.tangents, tile.weights, tile.signals, tile.marks
     total, error, nodes = 0.0, 0.0, 0
     for p in range(begin, begin + panel_count * stride, stride):
         anchor, law, variant = int(panels[ANCHOR + p]), int(panels[LAW + p]), int(panels[VARIANT + p])
         centre, half = panels[CENTRE + p], panels[HALF + p]
         for lane in range(LANES):
-            shape[TILE_SCALE + lane], shape[TILE_RESOLUTION + lane] = panels[SCALE + p], 1.0
+            tile.shape[TILE_SCALE + lane], tile.shape[TILE_RESOLUTION + lane] = panels[SCALE + p], 1.0
         place_between(
-            centre, -half, half, panels[SCALE + p], _SEARCH_NODES, row_of, table, False, t, tangents, weight
+            centre, -half, half, panels[SCALE + p], _SEARCH_NODES, row_of, table, False, tile.roots, tangents, weight
         )  # fmt: skip
-        fill(constants, tangents, anchor, law, variant, _SEARCH_NODES // LANES, needs, signals)
+        fill(tile.constants, tangents, anchor, law, variant, _SEARCH_NODES // LANES, needs, signals)
         nodes += _SEARCH_NODES
-        pieces = _cut_at_minima(
-            fill,
-            constants,
-            needs,
-            rows,
-            row,
-            anchor,
-            law,
-            variant,
-            centre,
-            half,
-            shape,
-            t,
-            signals,
-            state,
-            tangents,
-            cuts,
-        )
+        pieces = _cut_at_minima(fill, needs, rows, row, anchor, law, variant, centre, half, cuts, tile)
         for k in range(pieces):
             integral, difference, bound, requested_count = 0.0, np.inf, np.inf, FEWEST_NODES
             for _ in range(ROUNDS):
                 count = size_of[requested_count]
                 place_between(
-                    centre, cuts[k], cuts[k + 1], panels[SCALE + p], count, row_of, table, True, t, tangents, weight
+                    centre, cuts[k], cuts[k + 1], panels[SCALE + p], count, row_of, table, True, tile.roots, tangents,
+                    weight,
                 )  # fmt: skip
-                fill(constants, tangents, anchor, law, variant, (count + LANES - 1) // LANES, needs, signals)
+                fill(tile.constants, tangents, anchor, law, variant, (count + LANES - 1) // LANES, needs, signals)
                 previous, integral = integral, 0.0
                 for j in range(count):
                     value = max(signals[(j // LANES * rows + row) * LANES + j % LANES], 0.0)
@@ -134,10 +110,12 @@ def place_between(panel_centre, first, last, scale, count, row_of, table, cluste
 
 
 @subroutine()
-def _cut_at_minima(
-    fill, constants, needs, rows, row, anchor, law, variant, centre, half, shape, t, samples, state, tangents, cuts
-):
-    """Fill the ends of the pieces between the minima of a panel, in t from its centre; return the number of pieces."""
+def _cut_at_minima(fill, needs, rows, row, anchor, law, variant, centre, half, cuts, tile):
+    """Fill the ends of the pieces between the minima of a panel, in t from its centre; return the number of pieces.
+
+    There are at most as many minima as lanes; the error bound includes further ones, which are rare.
+    """
+    t, samples, state = tile.roots, tile.signals, tile.state
     lanes, first, last = 0, centre - half, centre + half
     for lane in range(LANES):
         state[ACTIVE + lane], state[BEST + lane] = 0.0, 0.5 * (first + last)
@@ -152,7 +130,7 @@ def _cut_at_minima(
             start_lane(state, lanes, low, t[j], high, left, value, right, previous)
             lanes += 1
     if lanes > 0:
-        minimise(fill, constants, shape, anchor, law, variant, needs, row, 1.0, state, tangents, samples)
+        minimise(fill, tile.constants, tile.shape, anchor, law, variant, needs, row, 1.0, state, tile.tangents, samples)
     cuts[0], pieces = -half, 1
     for lane in range(lanes):
         if cuts[pieces - 1] < state[BEST + lane] - centre < half:
@@ -162,7 +140,7 @@ def _cut_at_minima(
     return pieces
 
 
-@subroutine(allocates=True)
+@subroutine()
 def fill_powers(fill, sizes, tables, w, i, design, stride, statistics, nodes, error, work, tile):
     """Fill the means of powers of the magnitudes of one design, number i of the chunk and `design` of the block."""
     gather_design(sizes, i, work, tile)
@@ -174,8 +152,8 @@ def fill_powers(fill, sizes, tables, w, i, design, stride, statistics, nodes, er
             if slot < 0:
                 continue
             mean, bound, count = power_means(
-                fill, tile.constants, tables.row_needs[s], sizes.rows, s, power, work.panels, work.first_panel[i],
-                work.panel_count[i], stride, tables.tolerance, tables.size_of, tables.row_of, tables.rules,
+                fill, tables.row_needs[s], sizes.rows, s, power, work.panels, work.first_panel[i], work.panel_count[i],
+                stride, tables.tolerance, tables.size_of, tables.row_of, tables.rules, tile,
             )  # fmt: skip
             statistics[slot, design] = mean / work.averaging[i]
             if tables.slots[w, s, BOUND] >= 0:

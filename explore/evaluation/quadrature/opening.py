@@ -50,7 +50,7 @@ def demands_of(tables, w):
     return ends or pieces, integrals, pole_order, headroom, pieces
 
 
-@subroutine(allocates=True)
+@subroutine()
 def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, error, rare, work, tile, sums):
     """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit; one, if adaptive.
 
@@ -124,7 +124,7 @@ def _open_designs(sizes, begin, until, stride, work):
         work.noise[i] = constant(work.constants, sizes.n_constants, noise, i) if noise >= 0 else 0.0
 
 
-@subroutine(allocates=True)
+@subroutine()
 def _open_adaptive(fill, disturbed_fill, sizes, tables, w, count, work, tile, sums):
     """Cut the panels of one design; return their number, and whether it has more corners than they are cut at."""
     uncut, is_missed = count, False
