@@ -70,6 +70,19 @@ def test_ranking_does_not_load_the_compiler():
     assert subprocess.run([sys.executable, "-c", script], capture_output=True, text=True).stdout == "False\n"
 
 
+def test_a_command_ends_without_a_search_for_garbage():
+    """What is frozen is not searched; the first function registered for the end runs last."""
+    script = (
+        "import atexit, gc, sys\n"
+        "atexit.register(lambda: print(gc.get_freeze_count()))\n"
+        "from explore.cli import main\n"
+        "sys.argv = ['explore', '--version']\n"
+        "main()\n"
+    )
+    output = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    assert int(output.split()[-1]) > 10_000
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_an_example_in_its_help(command, tmp_path):
     text = run(command, "--help", cwd=tmp_path).stdout

@@ -1,6 +1,8 @@
 """The command line. Commands import heavy packages when they run, so that help comes at once."""
 
+import atexit
 import contextlib
+import gc
 import io
 import sys
 import warnings
@@ -15,6 +17,18 @@ from explore.cli.application import app
 from explore.cli.options import name_options
 from explore.cli.output import complain, say
 from explore.cli.termination import keep_interrupts
+
+#: Numbers of new objects, and of searches of younger ones, after which garbage is searched for.
+_GARBAGE_THRESHOLDS = (100_000, 20, 100)
+
+
+def _spare_garbage_collection() -> None:
+    """Search rarely for garbage, and not at the end: imports leave 200,000 objects, hardly any of them garbage.
+
+    Searching took a fifth of the time of a short command.
+    """
+    gc.set_threshold(*_GARBAGE_THRESHOLDS)
+    atexit.register(gc.freeze)
 
 
 def _prepare_streams() -> None:
@@ -54,6 +68,7 @@ def command() -> Any:
 
 def main() -> None:
     """Run the command line; an error is one line on stderr, never a traceback."""
+    _spare_garbage_collection()
     _prepare_streams()
     keep_interrupts()
     try:
