@@ -350,7 +350,8 @@ def test_what_hangs_on_the_ends_of_strokes_has_their_errors(tolerance):
             error = abs(mpmath.mpf(float(columns_[name][k])) - value) / size
             # beside the limit half of the digits are lost; pairs lose none that doubles show
             largest = 1e-12 if tolerance == 1e-12 else 4e-15 / math.sqrt(row["margin"])
-            assert error <= columns_["error"][k] <= min(largest, tolerance)
+            largest = tolerance if name.startswith("A_x") else min(largest, tolerance)
+            assert error <= columns_["error"][k] <= largest
             assert columns_["status"][k] == Status.OK
 
 

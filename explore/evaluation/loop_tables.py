@@ -23,7 +23,7 @@ from explore.evaluation.quadrature.work_space import Sizes, Tables
 from explore.evaluation.remembering import remembered
 from explore.evaluation.statistics import Indices, statistics_beside_moments
 from explore.evaluation.windows import interval_place, specify_window
-from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Located, Quadrature, Resolved
+from explore.model.quadrature import MOST_SINGULARITIES, Adaptive, Anchored, Located, Quadrature, Resolved
 from explore.model.quantities import SampledMetric
 from explore.model.request import Request
 from explore.model.window import Window
@@ -103,8 +103,8 @@ def loop_arguments(
         singular_rows, singular_anchors, needs, row_needs, tables.flags, tables.orders, tables.term_rows,
         tables.references, corner_rows, np.array([level for *_, level in levels]), tables.slots,
         len(mechanism.senses) if {*mechanism.senses} <= corners else 0, float(statistics_tolerance(request)),
-        isinstance(quadrature, Adaptive), isinstance(quadrature, Located), isinstance(quadrature, Resolved),
-        size_of, row_of, rules, turn_factors(), piece_factors(),
+        isinstance(quadrature, Adaptive), isinstance(quadrature, Located), isinstance(quadrature, Anchored),
+        isinstance(quadrature, Resolved), size_of, row_of, rules, turn_factors(), piece_factors(),
     )  # fmt: skip
 
 

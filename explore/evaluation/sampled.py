@@ -11,12 +11,12 @@ import numpy.typing as npt
 from explore.evaluation.loop_tables import loop_arguments, make_tables
 from explore.evaluation.quadrature.loop import sample
 from explore.evaluation.quadrature.slots import BOUND
-from explore.evaluation.quadrature.tails import LARGEST_EXCESS
+from explore.evaluation.quadrature.tails import LARGEST_ANCHORED_EXCESS, LARGEST_EXCESS
 from explore.evaluation.quadrature.work_space import make_work_space
 from explore.evaluation.remembering import remembered
 from explore.evaluation.statistics import Indices, error_of, has_own_places, statistic_of
 from explore.model.mechanism import ClosedFormResult, Mechanism
-from explore.model.quadrature import Adaptive, Graded, Located, Quadrature, Resolved
+from explore.model.quadrature import Adaptive, Anchored, Graded, Located, Quadrature, Resolved
 from explore.model.quantities import FloatArray, SampledMetric
 from explore.model.request import Request
 from explore.model.status import Status
@@ -122,6 +122,8 @@ def _quadrature_of(request: Request, metric: SampledMetric) -> Quadrature:
     if isinstance(declared, Located) and (request.breaks or metric.window.kind == "clutch" or has_own_places(metric)):
         # A distance is one of all laws together, and the phases of clutches are not known before sampling.
         return _resolved(declared)
+    if isinstance(declared, Located) and declared.knows_places and metric.window.kind != "turn":
+        return declared.anchored
     return _resolved(declared) if isinstance(declared, Adaptive) else declared
 
 
@@ -166,7 +168,13 @@ def _sample(
     is_known = quadrature != adaptive and "" not in added
     if cornered.any():
         run(np.flatnonzero(cornered), _resolved(mechanism.quadrature) if is_known else adaptive, own | added)
-    doubtful = excess > LARGEST_EXCESS
+    doubtful = excess > _largest_excess(quadrature)
+    if isinstance(mechanism.quadrature, Located) and isinstance(quadrature, Anchored | Located):
+        other = mechanism.quadrature.anchored if quadrature == mechanism.quadrature else mechanism.quadrature
+        again = doubtful & plain
+        result.error[again], excess[again] = 0.0, 0.0
+        run(np.flatnonzero(again), other, own)
+        doubtful = (doubtful & cornered) | (again & (excess > _largest_excess(other)))
     result.error[doubtful] = 0.0
     if (doubtful & plain).any():
         run(np.flatnonzero(doubtful & plain), Adaptive() if isinstance(quadrature, Graded) else adaptive, own)
@@ -185,6 +193,10 @@ def _sample(
         if slots[BOUND] >= 0:
             result.errors[metric.name] = error_of(metric, statistics, slots, result.values[metric.name])
     return result
+
+
+def _largest_excess(quadrature: Quadrature) -> float:
+    return LARGEST_ANCHORED_EXCESS if isinstance(quadrature, Anchored) else LARGEST_EXCESS
 
 
 def _added_corners(

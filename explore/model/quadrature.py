@@ -54,16 +54,43 @@ class Located:
         the ends of the interval as foci and semi-axes of the sum rho, in half lengths.
     middle_row, reach_row
         Rows of the middle of the interval and of half its length, rad; both are 1 where it is the turn.
+    place_row, others_row
+        Rows of the angle above which it stands, rad, NaN where that is not known, and of the half-tangent of the
+        distance of all others. Designs that it is too near to are `Anchored` there.
+    knows_places
+        Whether the angle is known of all designs that turn: parts of turns are `Anchored` first then.
     """
 
     row: int
     middle_row: int
     reach_row: int
+    place_row: int
+    others_row: int
+    knows_places: bool = False
 
     @property
     def singularities(self) -> tuple[tuple[int, int], ...]:
         """The rows, with -1 for no anchor."""
         return ((self.row, -1), (self.middle_row, -1), (self.reach_row, -1))
+
+    @property
+    def anchored(self) -> "Anchored":
+        """Panels graded towards the singularity."""
+        return Anchored(self.row, self.place_row, self.others_row)
+
+
+@dataclass(frozen=True)
+class Anchored:
+    """Grade panels towards the nearest complex singularity at its place; the rows are those of `Located`."""
+
+    row: int
+    place_row: int
+    others_row: int
+
+    @property
+    def singularities(self) -> tuple[tuple[int, int], ...]:
+        """The rows: the anchor of the first one is its place."""
+        return ((self.row, 0), (self.place_row, -1), (self.others_row, -1))
 
 
 @dataclass(frozen=True)
@@ -77,4 +104,4 @@ class Resolved:
     singularities: tuple[tuple[int, int], ...] = ()
 
 
-Quadrature = Adaptive | Graded | Located | Resolved
+Quadrature = Adaptive | Anchored | Graded | Located | Resolved

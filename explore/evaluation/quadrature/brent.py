@@ -10,7 +10,7 @@ import math
 from explore.base.compiling import LANES
 from explore.base.lanes.elementary import exponential, tangent
 from explore.base.subroutines import subroutine
-from explore.evaluation.quadrature.tiles import TILE_RESOLUTION, TILE_SCALE
+from explore.evaluation.quadrature.tiles import TILE_RESOLUTION, TILE_SCALE, turn_nodes
 
 _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 _MOST_STEPS = 60
@@ -40,6 +40,7 @@ def fill_trial_tangents(shape, state, tangents):
     for lane in range(LANES):
         growth = exponential(state[TRIAL + lane])
         tangents[lane] = 0.5 * shape[TILE_SCALE + lane] * (growth - 1.0 / growth)
+    turn_nodes(shape, 1, tangents)
 
 
 @subroutine(no_alias=True)

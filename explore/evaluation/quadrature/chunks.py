@@ -8,6 +8,7 @@ from numba import types
 
 from explore.base.compiling import CLOSE_SIGNATURE, LANES, function_type
 from explore.base.subroutines import subroutine
+from explore.evaluation.quadrature.anchored import turn_interval, turn_window
 from explore.evaluation.quadrature.bounds import CHUNK
 from explore.evaluation.quadrature.panels import (
     ANCHOR,
@@ -159,14 +160,16 @@ def _add_regular_panels(
 
 @subroutine()
 def add_panels(
-    constants, constant_count, begin, count, capacity, window, interval, breaks, singular_rows, variant_row,
-    panels, first_panel, panel_count, owner, positions,
+    constants, constant_count, begin, count, capacity, window, interval, breaks, singular_rows, is_anchored,
+    variant_row, panels, first_panel, panel_count, owner, positions,
 ):  # fmt: skip
     """Fill the panels of a window of the designs of the chunk from `begin` on, as many as fit into a `capacity`.
 
-    Return the first design that is left, the number of panels and the stride, which is 1 below the full capacity.
+    They are about the places of singularities where `is_anchored`. Return the first design that is left, the number of
+    panels and the stride, which is 1 below the full capacity.
     """
-    if len(breaks) == 0 and begin == 0 and count <= CHUNK and capacity == PANEL_CAPACITY:
+    is_turned = is_anchored and window[0] != TURN
+    if len(breaks) == 0 and not is_turned and begin == 0 and count <= CHUNK and capacity == PANEL_CAPACITY:
         per_design = _add_regular_panels(
             constants, constant_count, count, window, singular_rows, variant_row, panels, first_panel, panel_count,
             owner,
@@ -184,11 +187,18 @@ def add_panels(
             stop = constant(constants, constant_count, window[2], i)
         for j in range(len(breaks)):
             positions[j] = constant(constants, constant_count, breaks[j], i)
-        first = k
-        if window[0] == INTERVAL:
-            k = add_interval(panels, k, interval[0], interval[1], interval[2], positions, len(breaks))
+        first, kind, anchor, offset = k, window[0], interval[0], interval[1]
+        if is_turned:
+            place = constant(constants, constant_count, singular_rows[1], i)
+            place = place if place == place else 0.0  # not NaN
+            if kind == INTERVAL:
+                anchor, offset = turn_interval(anchor, offset, place)
+            else:
+                kind, start, stop = turn_window(kind, start, stop, place)
+        if kind == INTERVAL:
+            k = add_interval(panels, k, anchor, offset, interval[2], positions, len(breaks))
         else:
-            k = add_window(panels, k, window[0], start, stop, positions, len(breaks))
+            k = add_window(panels, k, kind, start, stop, positions, len(breaks))
         panel_count[i] = k - first
         variant = constant(constants, constant_count, variant_row, i) if variant_row >= 0 else 0.0
         for p in range(first, k):

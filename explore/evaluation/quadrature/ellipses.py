@@ -76,7 +76,14 @@ def _take_point(panels, k, place):
     x = x if x < _LARGEST_ANGLE else _LARGEST_ANGLE
     x = x if x > -_LARGEST_ANGLE else -_LARGEST_ANGLE
     decay = exponential(-y)
-    u, v = tangent(0.5 * x), (1.0 - decay) / (1.0 + decay)
+    axis = axis_through(panels, k, tangent(0.5 * x), (1.0 - decay) / (1.0 + decay))
+    is_nearer = (panels[SINGULAR + k] < 0.0) & (axis < panels[RATE + k])
+    panels[RATE + k] = axis if is_nearer else panels[RATE + k]
+
+
+@subroutine(contract=True, inlined=True)
+def axis_through(panels, k, u, v):
+    """Semi-major axis of the ellipse through the image of an angle x + iy, from tan(x/2) and tanh(y/2)."""
     scale = 1.0 / (panels[SCALE + k] * (1.0 + u * u * v * v))
     re, im = scale * u * (1.0 - v * v), scale * v * (1.0 + u * u)
     # |z + i| and |z - i| of z = sinh t are cosh(Re t) + sin(Im t) and cosh(Re t) - sin(Im t)
@@ -86,6 +93,4 @@ def _take_point(panels, k, place):
     real, imaginary = inverse_cosh(0.5 * (above + below)), arctangent(sine, math.sqrt(1.0 - sine * sine))
     one_over = 1.0 / panels[HALF + k]
     a, b = ((real if re >= 0.0 else -real) - panels[CENTRE + k]) * one_over, imaginary * one_over
-    axis = 0.5 * (math.sqrt((a - 1.0) * (a - 1.0) + b * b) + math.sqrt((a + 1.0) * (a + 1.0) + b * b))
-    is_nearer = (panels[SINGULAR + k] < 0.0) & (axis < panels[RATE + k])
-    panels[RATE + k] = axis if is_nearer else panels[RATE + k]
+    return 0.5 * (math.sqrt((a - 1.0) * (a - 1.0) + b * b) + math.sqrt((a + 1.0) * (a + 1.0) + b * b))

@@ -147,7 +147,7 @@ def _sample_window(
         leave_panel(work.panels, work.first_panel[work.live[j]])
     for i in range(begin, until):
         error[here[i]] = max(error[here[i]], work.worst[i])
-        may_be_left = tables.is_located or tables.is_resolved
+        may_be_left = tables.is_located or tables.is_anchored or tables.is_resolved
         is_left = may_be_left and has_left_panel(work.panels, work.first_panel[i], work.panel_count[i], stride)
         excess[here[i]] = max(excess[here[i]], math.inf if is_left else work.excess[i])
         if rare is not None:  # noqa: SIM102  (alone, so that Numba leaves out the block)

@@ -4,6 +4,7 @@ import math
 
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.adaptive import cut_panels
+from explore.evaluation.quadrature.anchored import map_anchored
 from explore.evaluation.quadrature.bounds import FLAG_CV, FLAG_EXTREMES, FLAG_STD
 from explore.evaluation.quadrature.chunks import add_panels, constant
 from explore.evaluation.quadrature.clutches import shorten_to_clutches
@@ -63,8 +64,8 @@ def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, er
         capacity //= MOST_PARTS * (MOST_PARTS + tables.sense_count if tables.sense_count > 0 else 1)
     until, count, stride = add_panels(
         work.constants, sizes.n_constants, begin, begin + 1 if tables.is_adaptive else len(here),
-        capacity, tables.windows[w], tables.intervals[w], tables.breaks, tables.singular_rows, sizes.variant_row,
-        work.panels, work.first_panel, work.panel_count, work.owner, work.positions,
+        capacity, tables.windows[w], tables.intervals[w], tables.breaks, tables.singular_rows, tables.is_anchored,
+        sizes.variant_row, work.panels, work.first_panel, work.panel_count, work.owner, work.positions,
     )  # fmt: skip
     is_turn = tables.windows[w, KIND] == TURN and len(tables.breaks) == 0 and not integrals
     is_whole = is_turn and not pieces and (tables.is_located or tables.is_resolved)
@@ -87,8 +88,8 @@ def open_window(fill, disturbed_fill, sizes, tables, w, begin, here, demands, er
     _set_targets(work, count, target, headroom)
     if not is_whole:
         count_nodes(work.panels, count, pole_order)
-    if not is_turn:
-        if tables.is_located:
+    if not is_turn or tables.is_anchored:
+        if tables.is_located or tables.is_anchored:
             leave_panels(work.panels, count)
         return until, count, stride, count, False
     if tables.is_resolved:
@@ -104,6 +105,9 @@ def _map_window(tables, w, is_whole, count, work):
     if is_whole:
         for k in range(count):
             work.panels[LENGTH + k] = math.pi
+        return
+    if tables.is_anchored:
+        map_anchored(work.panels, count, tables.singular_anchors)
         return
     map_panels(work.panels, count, tables.singular_anchors)
     if tables.is_located:

@@ -43,12 +43,12 @@ _FACTOR_4 = math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
 # the law that holds between two breaks, variant of the design; centre and half length in t, T (0: equispaced nodes),
 # logarithm of rho (of equispaced nodes delta), length in rad, node count; the model's errors for pole orders 2, 4, 6;
 # rho^-2; difference of the half-tangents of the ends, which a short panel has with more digits than its ends; the
-# singularities of the design.
+# half-tangent that nodes are turned by; the singularities of the design.
 ANCHOR, FIRST, LAST, LAW, VARIANT, CENTRE, HALF, SCALE, RATE, LENGTH, COUNT, TARGET = (
     row * PANEL_CAPACITY for row in range(12)
 )
-SECOND, FOURTH, SIXTH, DECAY, SPREAD = (row * PANEL_CAPACITY for row in range(12, 17))
-SINGULAR = 17 * PANEL_CAPACITY
+SECOND, FOURTH, SIXTH, DECAY, SPREAD, TURNED = (row * PANEL_CAPACITY for row in range(12, 18))
+SINGULAR = 18 * PANEL_CAPACITY
 PANELS_SIZE = SINGULAR + MOST_SINGULARITIES * PANEL_CAPACITY
 
 

@@ -34,6 +34,7 @@ def fill_roundings(disturbed_fill, sizes, tables, w, anchor, law, variant, count
     disturbed_fill(
         tile.constants, tile.few_tangents, anchor, law, variant, used, tables.needs[w], tile.disturbed
     )  # fmt: skip
+    _weigh_nodes(tables.is_anchored, used, count, tile)
     scale = 1.0 / (DISTURBANCE * DISTURBANCE)
     for s in range(rows):
         if not tables.flags[w, s]:
@@ -43,9 +44,9 @@ def fill_roundings(disturbed_fill, sizes, tables, w, anchor, law, variant, count
         tile.node[:] = 0.0
         for j in range(used):
             at = (_node(j, used, count) * rows + s) * LANES
-            _add_squares(tile.disturbed[(j * rows + s) * LANES :], signals[at:], tile.node)
+            _add_squares(tile.disturbed[(j * rows + s) * LANES :], signals[at:], tile.values[j * LANES :], tile.node)
         for lane in range(LANES):
-            square = tile.node[lane] * scale / used
+            square = tile.node[lane] * scale / tile.marks[lane]
             tile.node[lane] = square if square == square else math.inf
         for lane in range(lanes):
             sums.roundings[s * PANEL_CAPACITY + tile.lane_panels[lane]] = tile.node[lane]
@@ -57,12 +58,27 @@ def _node(j, used, count):
     return j * STRIDE if j + 1 < used else count - 1
 
 
+@subroutine()
+def _weigh_nodes(is_anchored, used, count, tile):
+    """Fill weights in the mean square of those nodes in the tile's values, and their sums in its marks.
+
+    Nodes that crowd where a signal is large count by what they stand for.
+    """
+    for lane in range(LANES):
+        tile.marks[lane] = 0.0
+    for j in range(used):
+        for lane in range(LANES):
+            weight = tile.weights[_node(j, used, count) * LANES + lane] if is_anchored else 1.0
+            tile.values[j * LANES + lane] = weight
+            tile.marks[lane] += weight
+
+
 @subroutine(no_alias=True)
-def _add_squares(disturbed, plain, totals):
-    """Add the squares of changes at a node."""
+def _add_squares(disturbed, plain, weights, totals):
+    """Add the squares of changes at a node, times its weights."""
     for lane in range(LANES):
         change = disturbed[lane] - plain[lane]
-        totals[lane] += change * change
+        totals[lane] += weights[lane] * (change * change)
 
 
 @subroutine()

@@ -3,8 +3,9 @@
 from explore.base.compiling import FILL_SIGNATURE, LANES, function_type
 from explore.base.lanes.elementary import exponential
 from explore.base.subroutines import subroutine
+from explore.evaluation.quadrature.anchored import turn_by
 from explore.evaluation.quadrature.chunks import gather_constants
-from explore.evaluation.quadrature.panels import CENTRE, DECAY, HALF, SCALE
+from explore.evaluation.quadrature.panels import CENTRE, DECAY, HALF, SCALE, TURNED
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
 
 FILL_TYPE = function_type(FILL_SIGNATURE)
@@ -12,9 +13,11 @@ FILL_TYPE = function_type(FILL_SIGNATURE)
 NODE_CAPACITY = LARGEST_NODE_COUNT + 4
 
 # Rows of a tile's shape: half length in t, T e^c/2 and T e^-c/2 (c the centre), centre, T, how finely extremes are
-# looked for, and rho^-2.
-TILE_HALF, TILE_UP, TILE_DOWN, TILE_CENTRE, TILE_SCALE, TILE_RESOLUTION, _DECAY = (row * LANES for row in range(7))
-SHAPE_SIZE = 7 * LANES
+# looked for, the half-tangent that nodes are turned by, and rho^-2.
+TILE_HALF, TILE_UP, TILE_DOWN, TILE_CENTRE, TILE_SCALE, TILE_RESOLUTION, TILE_TURNED, _DECAY = (
+    row * LANES for row in range(8)
+)
+SHAPE_SIZE = 8 * LANES
 # Rows of the sums over a tile's nodes of one signal: integrals, mean, the two parts of its tail.
 INTEGRAL, DEVIATIONS, MEAN, FIRST_TAIL, SECOND_TAIL = (row * LANES for row in range(5))
 SUMS_SIZE = 5 * LANES
@@ -37,6 +40,7 @@ def gather_shapes(panels, lane_panels, is_adaptive, shape):
         k = lane_panels[lane]
         shape[TILE_HALF + lane], shape[TILE_CENTRE + lane] = panels[HALF + k], panels[CENTRE + k]
         shape[TILE_SCALE + lane], shape[_DECAY + lane] = panels[SCALE + k], panels[DECAY + k]
+        shape[TILE_TURNED + lane] = panels[TURNED + k]
         shape[TILE_RESOLUTION + lane] = max(panels[HALF + k], _FINEST) if is_adaptive else 1.0
     _scale_exponentials(shape)
 
@@ -87,6 +91,18 @@ def place_nodes(shape, count, ends, row_of, table, tangents, weights):
     if ends:
         high = (last + 1) * LANES
         _place_pair(shape, 1.0, 0.0, tangents, tangents[high:], weights, weights[high:])
+    turn_nodes(shape, last + 1 + begin, tangents)
+
+
+@subroutine(fast=True, no_alias=True)
+def turn_nodes(shape, count, tangents):
+    """Turn nodes by the angles of their panels, if these are not from the anchor."""
+    turned = 0.0
+    for lane in range(LANES):
+        turned += abs(shape[TILE_TURNED + lane])
+    for j in range(count if turned > 0.0 else 0):
+        for lane in range(LANES):
+            tangents[j * LANES + lane] = turn_by(tangents[j * LANES + lane], shape[TILE_TURNED + lane])
 
 
 @subroutine(inlined=True)

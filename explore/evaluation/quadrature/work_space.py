@@ -89,6 +89,9 @@ class Tables(NamedTuple):
     is_located
         Whether these may stand above any angle: full turns have equal steps, and designs that would need too many are
         left to the adaptive rule.
+    is_anchored
+        Whether one stands at a known place, which panels are graded towards; see
+        `explore.evaluation.quadrature.anchored`.
     is_resolved
         Whether turns have as many equal steps as resolve their signals, and their pieces, where they are cut, as many
         nodes; see `explore.evaluation.quadrature.resolving` and `explore.evaluation.quadrature.pieces`.
@@ -116,6 +119,7 @@ class Tables(NamedTuple):
     tolerance: float
     is_adaptive: bool
     is_located: bool
+    is_anchored: bool
     is_resolved: bool
     size_of: IntArray
     row_of: IntArray
@@ -219,7 +223,7 @@ class ChunkWork(NamedTuple):
 SIZES_TYPE = types.NamedUniTuple(_INT, 8, Sizes)
 TABLES_TYPE = types.NamedTuple(
     (_I2, types.float64[:, ::1], *[_I1] * 5, _I2, _I2, _I1, _I1, _I2, _F1, types.int64[:, :, ::1], _INT, _FLOAT,
-     *[types.boolean] * 3, _I1, _I1, types.float64[:, ::1], _F1, _F1),
+     *[types.boolean] * 4, _I1, _I1, types.float64[:, ::1], _F1, _F1),
     Tables,
 )  # fmt: skip
 TILE_WORK_TYPE = types.NamedTuple((_I1, _I1, types.uint64[::1], *[_F1] * 17), TileWork)

@@ -11,9 +11,9 @@ from numba import types
 
 from explore.base.compiling import LANES, compiled, function_type
 from explore.base.subroutines import subroutine
+from explore.mechanisms.linkages import anchoring, following, harmonics, phases, singularities, statuses
 from explore.mechanisms.linkages import cells as cell
 from explore.mechanisms.linkages import directions as direction
-from explore.mechanisms.linkages import following, harmonics, phases, singularities, statuses
 from explore.mechanisms.linkages import minima as minimum
 from explore.mechanisms.linkages import reaches as reach
 from explore.mechanisms.linkages import reversals as reversal
@@ -26,7 +26,9 @@ from explore.mechanisms.linkages.programs import (
     LEAST_PLACE_ROW,
     LEAST_ROW,
     MIDDLE_ROW,
+    OTHERS_ROW,
     REACH_ROW,
+    SINGULAR_ANGLE_ROW,
 )
 
 #: Signature of the function that fills the constants from a record.
@@ -95,6 +97,7 @@ def close_designs(record, sizes, blocked, starts, fill_constants, fill_chains, c
         following.track_groups(chains, starts, sizes.groups, sizes.first_group, constants)
     for lane in range(LANES):
         constants[CLOSED_ERROR_ROW * LANES + lane] = 0.0
+        constants[SINGULAR_ANGLE_ROW * LANES + lane], constants[OTHERS_ROW * LANES + lane] = math.nan, 1.0
     is_turn = record[(sizes.interval + 1) * LANES] == 0.0
     start = -0.5 * math.pi if is_turn else record[sizes.interval * LANES]
     length = 2.0 * math.pi if is_turn else record[(sizes.interval + 1) * LANES]
@@ -146,8 +149,11 @@ def _take_harmonics(record, sizes, check, constants, start, length):
     for lane in range(LANES):
         tangents[lane], record[sizes.status * LANES + lane] = turn.TURNS, 1.0
     reach.tell_turns(tangents, record[(sizes.interval + 3) * LANES :])
-    distances = constants[DISTANCE_ROW * LANES :]
-    return harmonics.decide_harmonics(values, sizes.factors, sizes.functions, distances)
+    distances, angles = constants[DISTANCE_ROW * LANES :], constants[SINGULAR_ANGLE_ROW * LANES :]
+    doubtful = harmonics.decide_harmonics(values, sizes.factors, sizes.functions, distances)
+    others = constants[OTHERS_ROW * LANES :]
+    anchoring.anchor_harmonics(values, sizes.factors, sizes.functions, distances, angles, others)
+    return doubtful
 
 
 @subroutine(allocates=True)
@@ -173,8 +179,29 @@ def _decide_all(record, sizes, blocked, check, constants, start, length, is_turn
             if _tells_reach(record, sizes, values, is_turn, lane, verdicts):
                 errors = constants[CLOSED_ERROR_ROW * LANES :]
                 _find_reaches(record, sizes, check, tile, values, start, length, lane, errors)
+    if is_turn and sizes.is_harmonic == 0:
+        _anchor(sizes, check, constants, start, values)
     if not is_turn:
         _locate_beside_interval(sizes, check, constants, start, length, verdicts, values, work)
+
+
+@subroutine(allocates=True)
+def _anchor(sizes, check, constants, start, values):
+    """Fill the angle of the nearest singularity of lanes with a near one, and the distance of all others."""
+    search, distances = np.empty(anchoring.SEARCH_SIZE), constants[DISTANCE_ROW * LANES :]
+    others = constants[OTHERS_ROW * LANES :]
+    if anchoring.begin_search(values, sizes.factors, sizes.functions, start, distances, others, search) == 0:
+        return
+    rows = (2 * sizes.functions + sizes.factors) * LANES
+    tangents, anchors, here, beside = np.empty(LANES), np.empty(LANES), np.empty(rows), np.empty(rows)
+    for number in range(anchoring.ROUNDS + 1):
+        anchoring.place_search(search, 0.0, tangents, anchors)
+        check(constants, tangents, anchors, here)
+        if number < anchoring.ROUNDS:
+            anchoring.improve_search(here, sizes.functions, search)
+    anchoring.place_search(search, anchoring.STEP, tangents, anchors)
+    check(constants, tangents, anchors, beside)
+    anchoring.end_search(here, beside, sizes.functions, search, constants[SINGULAR_ANGLE_ROW * LANES :])
 
 
 @subroutine(allocates=True)
@@ -271,7 +298,7 @@ def _find_strokes(record, sizes, check, rate, constants):
         is_doubtful = doubts[lane] == 1.0 or distance < minimum.NEAR
         if is_doubtful and counts[lane] <= 2.0 and record[sizes.status * LANES + lane] == 1.0:
             cell.copy_lane(constants, lane, sizes.constants, tile)
-            _count_reversals(sizes, check, rate, tile, rates, lane, counts, places, distance)
+            _count_reversals(sizes, check, rate, tile, rates, lane, counts, places)
     _place_reversals(rate, constants, counts, places)
     for lane in range(LANES):
         turns = record[sizes.status * LANES + lane] == 1.0
@@ -289,12 +316,15 @@ def _find_strokes(record, sizes, check, rate, constants):
 
 
 @subroutine(allocates=True)
-def _count_reversals(sizes, check, rate, tile, rates, lane, counts, places, distance):
-    """Count the reversals of a lane in doubt, with the half-tangent of a distance; the tile's lanes are its design."""
+def _count_reversals(sizes, check, rate, tile, rates, lane, counts, places):
+    """Count the reversals of a lane in doubt; the tile's lanes are its design."""
     cells, halves = np.empty(cell.MOST_CELLS * reversal.CELL_SIZE), np.empty(2 * LANES * reversal.CELL_SIZE)
     tangents, anchors, marks = np.empty(LANES), np.empty(LANES), np.empty(reversal.RATE_ROWS * LANES)
     minima, found = np.empty(2 * minimum.MOST_MINIMA), 0
-    if distance < minimum.NEAR:
+    distance = tile[DISTANCE_ROW * LANES]
+    if sizes.is_harmonic > 0 and 0.0 < distance < minimum.NEAR <= tile[OTHERS_ROW * LANES]:
+        minima[0], minima[1], found = tile[SINGULAR_ANGLE_ROW * LANES], 2.0 * math.atanh(distance), 1
+    elif distance < minimum.NEAR:
         found = minimum.find_minima(sizes, check, tile, minima)
     waiting, count = reversal.collect_rates(rates, lane, cells), 0.0
     while waiting > 0 and waiting < cell.MOST_CELLS - LANES:

@@ -23,7 +23,9 @@ from explore.mechanisms.linkages.programs import (
     GREATEST_ROW,
     LEAST_ROW,
     MIDDLE_ROW,
+    OTHERS_ROW,
     REACH_ROW,
+    SINGULAR_ANGLE_ROW,
 )
 from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.signals import find_quantities
@@ -38,7 +40,7 @@ from explore.model.quantities import Parameter, Signal
 from explore.model.window import INTERVAL, Window
 
 #: Version of the equations and of what follows from them; raised when a number changes.
-_VERSION = "29"
+_VERSION = "30"
 
 _STROKES = ("forward", "backward")
 _WINDOWS = (
@@ -155,7 +157,9 @@ def _declare(
         default_metrics={"": tuple(defaults)},
         objectives=tuple(defaults[:1] + defaults[-1:]),
         kernel_version=f"{_VERSION}-{table.digest[:16]}",
-        quadrature=Located(DISTANCE_ROW, MIDDLE_ROW, REACH_ROW),
+        quadrature=Located(
+            DISTANCE_ROW, MIDDLE_ROW, REACH_ROW, SINGULAR_ANGLE_ROW, OTHERS_ROW, knows_places=kernel.knows_places
+        ),
         n_constants=kernel.n_constants,
         keeps_constants=bool(table.limits) or not kernel.closes_quickly,
         takes_interval=True,

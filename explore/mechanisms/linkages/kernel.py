@@ -43,6 +43,8 @@ class Kernel:
         Constants of a design that `fill` reads; `close` computes more than it keeps.
     closes_quickly
         Whether `close` takes less time than memory does to keep the constants.
+    knows_places
+        Whether the angle above which the nearest singularity stands is known of all designs that turn.
     """
 
     close: NativeFunction
@@ -54,6 +56,7 @@ class Kernel:
     curve: NativeFunction
     n_constants: int
     closes_quickly: bool
+    knows_places: bool
 
 
 def make_kernel(
@@ -112,6 +115,7 @@ def make_kernel(
         _pairs_function("disturbed_precise_fill", whole, is_disturbed=True) if is_exact else None,
         curve, status,
         closes_quickly=bool(sizes.is_harmonic) and not (sizes.links or sizes.groups or sizes.has_strokes),
+        knows_places=bool(sizes.is_harmonic),
     )  # fmt: skip
 
 

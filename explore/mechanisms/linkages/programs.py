@@ -42,8 +42,12 @@ LEAST_PLACE_ROW = 5
 GREATEST_PLACE_ROW = 6
 #: Row of the constant with the distance of the nearest singularity.
 DISTANCE_ROW = 7
+#: Row of the constant with the angle above which it stands, rad; not a number where that is not known.
+SINGULAR_ANGLE_ROW = 8
+#: Row of the constant with the distance of all other singularities, where that angle is known.
+OTHERS_ROW = 9
 #: Row of the first of three constants of each link's reference.
-FIRST_REFERENCE = 8
+FIRST_REFERENCE = 10
 
 
 class Operation(NamedTuple):

@@ -1,0 +1,122 @@
+"""The angle above which the nearest singularity of a turn stands, and the distance of all others.
+
+The function f whose zero it is has a minimum near that angle. About there it is like c + q (1 - cos(theta - phi)), with
+a zero at the distance delta above phi, cosh(delta) = 1 + c/q.
+"""
+
+import math
+
+from explore.base.compiling import LANES, compiled
+from explore.base.subroutines import subroutine
+from explore.mechanisms.linkages.cells import NODES, node_angle, place_angle
+from explore.mechanisms.linkages.harmonics import amplitude_ratio, zero_tangent
+
+#: Half-tangent of the distance of singularities whose angle is looked for: equal steps do for farther ones.
+NEAR = 0.3
+#: Number of rounds that improve the angle of a minimum.
+ROUNDS = 6
+#: Step over which the slope of a slope is taken, rad.
+STEP = 1e-4
+# Rows of the search: the function, -1 for none; both ends of the cell of its minimum, rad; the best angle and the one
+# before, and the slopes there.
+_FUNCTION, _LOW, _HIGH, _ANGLE, _BEFORE, _SLOPE, _SLOPE_BEFORE = (row * LANES for row in range(7))
+#: Size of the search.
+SEARCH_SIZE = 7 * LANES
+#: Type of an array of numbers.
+_F1 = "float64[::1]"
+
+
+@compiled(f"void({_F1}, int64, int64, {_F1}, {_F1}, {_F1})")
+def anchor_harmonics(values, factors, functions, distances, angles, others):
+    """Fill the angle of the nearest zero of lanes that turn, and the half-tangent of the distance of the others.
+
+    All functions are first harmonics; `values` are those of `harmonics.decide_harmonics`.
+    """
+    size = (2 * functions + factors) * LANES
+    for lane in range(LANES):
+        if not distances[lane] > 0.0:
+            continue
+        nearest = others[lane] = 1.0
+        for s in range(functions):
+            first, second, third, fourth = (
+                values[s * LANES + lane], values[size + s * LANES + lane], values[2 * size + s * LANES + lane],
+                values[3 * size + s * LANES + lane],
+            )  # fmt: skip
+            tangent = zero_tangent(amplitude_ratio(first, second, third, fourth))
+            others[lane] = min(others[lane], max(tangent, nearest))
+            if tangent < nearest:
+                # the nodes begin a quarter of a turn before the anchor
+                nearest, angles[lane] = tangent, math.atan2(first - third, fourth - second)
+
+
+@compiled(f"int64({_F1}, int64, int64, float64, {_F1}, {_F1}, {_F1})")
+def begin_search(values, factors, functions, start, distances, others, search):
+    """Begin at the minimum with the nearest zero of each lane with a near one; return the number of these lanes.
+
+    Fill the half-tangents of the distances of the zeros above all other minima, at most `NEAR`.
+    """
+    size, width, found = (2 * functions + factors) * LANES, math.pi / (NODES - 1), 0
+    for lane in range(LANES):
+        search[_FUNCTION + lane], nearest, second = -1.0, math.inf, math.inf
+        search[_ANGLE + lane] = search[_BEFORE + lane] = start
+        for k in range(functions * 2 * (NODES - 1) if 0.0 < distances[lane] < NEAR else 0):
+            s, cell = k // (2 * (NODES - 1)), k % (2 * (NODES - 1))
+            j = cell + cell // (NODES - 1)
+            at = j * size + s * LANES + lane
+            d0, d1 = values[at + functions * LANES], values[at + size + functions * LANES]
+            if not (d0 < 0.0 <= d1):
+                continue
+            excess = _least(values[at], values[at + size], d0, d1, width) * width / (d1 - d0)
+            second = min(second, max(excess, nearest))
+            if excess < nearest:
+                nearest, search[_FUNCTION + lane] = excess, 1.0 * s
+                low = node_angle(start, 2.0 * math.pi, j)
+                search[_LOW + lane], search[_HIGH + lane] = low, low + width
+                search[_BEFORE + lane], search[_SLOPE_BEFORE + lane] = low, d0
+                search[_ANGLE + lane] = low + width * d0 / (d0 - d1)
+        others[lane] = min(math.sqrt(second / (2.0 + second)) if second < math.inf else 1.0, NEAR)
+        others[lane] = others[lane] if second > 0.0 else 0.0
+        found += 1 if search[_FUNCTION + lane] >= 0.0 else 0
+    return found
+
+
+@subroutine(inlined=True)
+def _least(f0, f1, d0, d1, width):
+    """Value of the cubic over a cell where a linear slope is 0."""
+    share = d0 / (d0 - d1)
+    rest = 1.0 - share
+    values = (1.0 + 2.0 * share) * rest * rest * f0 + (1.0 + 2.0 * rest) * share * share * f1
+    return values + width * share * rest * (rest * d0 - share * d1)
+
+
+@compiled(f"void({_F1}, float64, {_F1}, {_F1})")
+def place_search(search, step, tangents, anchors):
+    """Fill half-tangents and anchors of the angles of the lanes, a step on."""
+    for lane in range(LANES):
+        tangents[lane], anchors[lane] = place_angle(search[_ANGLE + lane] + step)
+
+
+@compiled(f"void({_F1}, int64, {_F1})")
+def improve_search(marks, functions, search):
+    """Improve the angles by the secant of the slopes, whose values are among the marks of a node."""
+    for lane in range(LANES):
+        if search[_FUNCTION + lane] < 0.0:
+            continue
+        angle, slope = search[_ANGLE + lane], marks[(functions + int(search[_FUNCTION + lane])) * LANES + lane]
+        before, slope_before = search[_BEFORE + lane], search[_SLOPE_BEFORE + lane]
+        search[_LOW + lane] = angle if slope < 0.0 else search[_LOW + lane]
+        search[_HIGH + lane] = angle if slope >= 0.0 else search[_HIGH + lane]
+        search[_BEFORE + lane], search[_SLOPE_BEFORE + lane] = angle, slope
+        better = angle - slope * (angle - before) / (slope - slope_before) if slope != slope_before else angle
+        inside = search[_LOW + lane] <= better <= search[_HIGH + lane]
+        search[_ANGLE + lane] = better if inside else 0.5 * (search[_LOW + lane] + search[_HIGH + lane])
+
+
+@compiled(f"void({_F1}, {_F1}, int64, {_F1}, {_F1})")
+def end_search(here, beside, functions, search, angles):
+    """Fill the angles where a zero stands above the minimum; `beside` are the marks a `STEP` beside it."""
+    for lane in range(LANES):
+        if search[_FUNCTION + lane] >= 0.0:
+            own = int(search[_FUNCTION + lane]) * LANES + lane
+            curvature = (beside[own + functions * LANES] - here[own + functions * LANES]) / STEP
+            angles[lane] = search[_ANGLE + lane] if 0.0 < here[own] < curvature else math.nan
