@@ -1,12 +1,14 @@
 """Single input angles of many designs: the ends of a window and the angles where a signal has extremes."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import or_
 
 import numpy as np
 import numpy.typing as npt
 
-from explore.base.lanes.designs import fill_row
+from explore.base.lanes.designs import fill_rows
 from explore.evaluation.quadrature.windows import INTERVAL, LARGEST_TANGENT, TURN, orient_arcs
 from explore.evaluation.windows import interval_place, specify_window
 from explore.model.declaration import ANCHORS
@@ -32,12 +34,21 @@ class Position:
 
     def sample(self, mechanism: Mechanism, constants: FloatArray, signal: Signal) -> FloatArray:
         """A signal at these angles for unit speed; NaN where an angle is too near the anchor's opposite to be told."""
-        values = np.empty(len(self.tangents))
-        fill_row(
-            mechanism.fill, constants, int(mechanism.n_fill_constants or mechanism.n_constants), self.tangents,
-            self.anchor, signal.needs, mechanism.signal_rows, signal.row, values,
-        )  # fmt: skip
+        values = sample_signals(mechanism, constants, [signal], self.tangents[None], self.anchor)[0, 0]
         return np.where(np.abs(self.tangents) <= LARGEST_TANGENT, values, np.nan)
+
+
+def sample_signals(
+    mechanism: Mechanism, constants: FloatArray, signals: Sequence[Signal], tangents: FloatArray, anchor: int
+) -> FloatArray:
+    """Signals for unit speed, shape (t, m, d), at half-tangents (t, d) from an anchor."""
+    values = np.empty((len(tangents), len(signals), tangents.shape[1]))
+    fill_rows(
+        mechanism.fill, constants, int(mechanism.n_fill_constants or mechanism.n_constants),
+        np.ascontiguousarray(tangents), anchor, reduce(or_, (signal.needs for signal in signals)),
+        mechanism.signal_rows, np.array([signal.row for signal in signals]), values,
+    )  # fmt: skip
+    return values
 
 
 class WindowPositions:

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from explore.evaluation.loop_tables import loop_arguments, make_tables
+from explore.evaluation.loop_tables import LoopTables, loop_arguments, make_tables
 from explore.evaluation.quadrature.loop import sample
 from explore.evaluation.quadrature.slots import BOUND
 from explore.evaluation.quadrature.tails import LARGEST_ANCHORED_EXCESS, LARGEST_EXCESS
 from explore.evaluation.quadrature.work_space import make_work_space
 from explore.evaluation.remembering import remembered
 from explore.evaluation.statistics import Indices, error_of, has_own_places, statistic_of
+from explore.evaluation.stroke_ends import bound_ends
 from explore.model.mechanism import ClosedFormResult, Mechanism
 from explore.model.quadrature import Adaptive, Anchored, Graded, Located, Quadrature, Resolved
 from explore.model.quantities import FloatArray, SampledMetric
@@ -122,7 +123,7 @@ def _quadrature_of(request: Request, metric: SampledMetric) -> Quadrature:
     if isinstance(declared, Located) and (request.breaks or metric.window.kind == "clutch" or has_own_places(metric)):
         # A distance is one of all laws together, and the phases of clutches are not known before sampling.
         return _resolved(declared)
-    if isinstance(declared, Located) and declared.knows_places and metric.window.kind != "turn":
+    if isinstance(declared, Located) and declared.knows_places and metric.window.needs_stroke:
         return declared.anchored
     return _resolved(declared) if isinstance(declared, Adaptive) else declared
 
@@ -181,18 +182,41 @@ def _sample(
     if (doubtful & cornered).any():
         run(np.flatnonzero(doubtful & cornered), adaptive, own | added)
     result.evaluations = int(np.count_nonzero(active))
+    if mechanism.closed_error_row >= 0:
+        _add_errors_of_ends(request, metrics, tables, statistics, parameters, closed, result)
     status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
     status[active & ~np.isfinite(statistics).all(axis=0)] = Status.NOT_FINITE
-    if mechanism.closed_error_row >= 0:
-        of_strokes = {tables.slots_of(metric)[BOUND] for metric in metrics if metric.window.needs_stroke}
-        for slot in of_strokes - {-1}:
-            statistics[slot] += closed.constants[mechanism.closed_error_row]
     for metric in metrics:
         slots = tables.slots_of(metric)
         result.values[metric.name] = statistic_of(metric, statistics, slots, request.tolerance)
         if slots[BOUND] >= 0:
             result.errors[metric.name] = error_of(metric, statistics, slots, result.values[metric.name])
     return result
+
+
+def _add_errors_of_ends(
+    request: Request,
+    metrics: tuple[SampledMetric, ...],
+    tables: LoopTables,
+    statistics: FloatArray,
+    parameters: FloatArray,
+    closed: ClosedFormResult,
+    result: SampledStatistics,
+) -> None:
+    """Add what the errors of the ends of strokes change statistics by to their bounds, and the worst to all."""
+    mechanism, constants, worst = request.kernel, closed.constants, np.zeros(len(closed.status))
+    windows = {metric.window for metric in metrics if metric.window.needs_stroke}
+    if windows and len(constants) < mechanism.n_constants:
+        constants = mechanism.constants(parameters)
+    for window in windows:
+        own = list({metric.signal: metric for metric in metrics if metric.window == window}.values())
+        slots = [tables.slots_of(metric) for metric in own]
+        bounds = bound_ends(request, own, slots, statistics, constants)
+        for each, bound in zip(slots, bounds, strict=True):
+            if each[BOUND] >= 0:
+                statistics[each[BOUND]] += bound + closed.constants[mechanism.closed_error_row]
+        worst = np.fmax(worst, bounds.max(axis=0))
+    result.error += worst
 
 
 def _largest_excess(quadrature: Quadrature) -> float:

@@ -58,7 +58,7 @@ class Located:
         Rows of the angle above which it stands, rad, NaN where that is not known, and of the half-tangent of the
         distance of all others. Designs that it is too near to are `Anchored` there.
     knows_places
-        Whether the angle is known of all designs that turn: parts of turns are `Anchored` first then.
+        Whether the angle is known of all designs that have strokes: these are `Anchored` first.
     """
 
     row: int

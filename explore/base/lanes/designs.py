@@ -7,7 +7,7 @@ from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, LANES, compi
 from explore.base.subroutines import subroutine
 
 _CLOSE, _FILL = function_type(CLOSE_SIGNATURE), function_type(FILL_SIGNATURE)
-_F1, _F2 = types.float64[::1], types.float64[:, ::1]
+_F1, _F2, _F3 = types.float64[::1], types.float64[:, ::1], types.float64[:, :, ::1]
 
 
 @subroutine(no_alias=True)
@@ -61,25 +61,26 @@ def close_all(close, parameters, record_rows, first_parameter, first_metric, sta
 
 
 @compiled(
-    types.void(_FILL, _F2, types.int64, _F1, types.int64, types.int64, types.int64, types.int64, _F1), allocates=True
+    types.void(_FILL, _F2, types.int64, _F2, types.int64, types.int64, types.int64, types.int64[::1], _F3),
+    allocates=True,
 )
-def fill_row(fill, constants, rows_read, tangents, anchor, needs, rows, row, values):
-    """Fill `values` (n,), a `row` of the signals of n designs, each at one half-tangent from the anchor.
+def fill_rows(fill, constants, rows_read, tangents, anchor, needs, rows, chosen, values):
+    """Fill `values` (t, m, n), m `chosen` rows of the signals of n designs at t half-tangents (t, n) from the anchor.
 
     The lanes are designs. `fill` reads the first `rows_read` rows of the constants (k, n), and takes `anchor`, `needs`
     and `rows`.
     """
-    tile, node, out = np.empty(rows_read * LANES), np.empty(LANES), np.empty(rows * LANES)
-    n = len(tangents)
+    count, n = tangents.shape
+    tile, nodes, out = np.empty(rows_read * LANES), np.empty(count * LANES), np.empty(count * rows * LANES)
     for start in range(0, n, LANES):
-        for lane in range(LANES):
-            node[lane] = tangents[min(start + lane, n - 1)]
-        for k in range(rows_read):
-            for lane in range(LANES):
-                tile[k * LANES + lane] = constants[k, min(start + lane, n - 1)]
-        fill(tile, node, anchor, 0, 0, 1, needs, out)
-        for lane in range(min(LANES, n - start)):
-            values[start + lane] = out[row * LANES + lane]
+        load_tile(tangents, start, nodes)
+        load_tile(constants[:rows_read], start, tile)
+        fill(tile, nodes, anchor, 0, 0, count, needs, out)
+        for j in range(count):
+            for m in range(len(chosen)):
+                row = out[(j * rows + chosen[m]) * LANES :]
+                for lane in range(min(LANES, n - start)):
+                    values[j, m, start + lane] = row[lane]
 
 
 @compiled(

@@ -26,15 +26,15 @@ SEARCH_SIZE = 7 * LANES
 _F1 = "float64[::1]"
 
 
-@compiled(f"void({_F1}, int64, int64, {_F1}, {_F1}, {_F1})")
-def anchor_harmonics(values, factors, functions, distances, angles, others):
-    """Fill the angle of the nearest zero of lanes that turn, and the half-tangent of the distance of the others.
+@compiled(f"void({_F1}, int64, int64, float64, {_F1}, {_F1}, {_F1})")
+def anchor_harmonics(values, factors, functions, farthest, distances, angles, others):
+    """Fill the angle of the nearest zero of lanes where it is not the farthest, and the distance of the others.
 
     All functions are first harmonics; `values` are those of `harmonics.decide_harmonics`.
     """
     size = (2 * functions + factors) * LANES
     for lane in range(LANES):
-        if not distances[lane] > 0.0:
+        if not 0.0 < distances[lane] < farthest:
             continue
         nearest = others[lane] = 1.0
         for s in range(functions):

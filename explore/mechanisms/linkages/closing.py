@@ -151,8 +151,8 @@ def _take_harmonics(record, sizes, check, constants, start, length):
     reach.tell_turns(tangents, record[(sizes.interval + 3) * LANES :])
     distances, angles = constants[DISTANCE_ROW * LANES :], constants[SINGULAR_ANGLE_ROW * LANES :]
     doubtful = harmonics.decide_harmonics(values, sizes.factors, sizes.functions, distances)
-    others = constants[OTHERS_ROW * LANES :]
-    anchoring.anchor_harmonics(values, sizes.factors, sizes.functions, distances, angles, others)
+    others, farthest = constants[OTHERS_ROW * LANES :], math.inf if sizes.has_strokes > 0 else anchoring.NEAR
+    anchoring.anchor_harmonics(values, sizes.factors, sizes.functions, farthest, distances, angles, others)
     return doubtful
 
 

@@ -44,7 +44,7 @@ class Kernel:
     closes_quickly
         Whether `close` takes less time than memory does to keep the constants.
     knows_places
-        Whether the angle above which the nearest singularity stands is known of all designs that turn.
+        Whether the angle above which the nearest singularity stands is known of all designs that have strokes.
     """
 
     close: NativeFunction
@@ -115,7 +115,7 @@ def make_kernel(
         _pairs_function("disturbed_precise_fill", whole, is_disturbed=True) if is_exact else None,
         curve, status,
         closes_quickly=bool(sizes.is_harmonic) and not (sizes.links or sizes.groups or sizes.has_strokes),
-        knows_places=bool(sizes.is_harmonic),
+        knows_places=bool(sizes.is_harmonic and sizes.has_strokes),
     )  # fmt: skip
 
 

@@ -1,0 +1,55 @@
+"""What rounding of the ends of strokes changes statistics by, where signals are large or steep there.
+
+Ends are zeros of the output's rate, each off by what rounding moves it by. Beside a limit they are beside a
+singularity, where rates and accelerations are many times their means.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from explore.evaluation.positions import WindowPositions, sample_signals
+from explore.evaluation.quadrature.slots import MAXIMUM, MEAN, MINIMUM, VARIANCE
+from explore.evaluation.statistics import Indices
+from explore.model.quantities import FloatArray, SampledMetric
+from explore.model.request import Request
+
+#: Angle over which the slope of a signal is taken, rad.
+_STEP = 1e-8
+#: Largest error of an end, rad, over that of the lengths of both strokes, relative: that of equal strokes.
+_ANGLE = 0.5 * math.pi
+
+
+def bound_ends(
+    request: Request,
+    metrics: Sequence[SampledMetric],
+    slots: Sequence[Indices],
+    statistics: FloatArray,
+    constants: FloatArray,
+) -> FloatArray:
+    """Bounds of the errors of statistics over a stroke by the errors of its ends, relative, shape (m, u).
+
+    The metrics have one window; `slots` are the rows of each in `statistics`. What follows from the lengths of strokes
+    alone is not counted.
+    """
+    mechanism = request.kernel
+    window = WindowPositions(mechanism, constants, metrics[0].window, request.drive)
+    step = math.tan(0.5 * _STEP)
+    ends = np.array([window.start.tangents, window.stop.tangents])
+    places = np.concatenate([ends, (ends + step) / (1.0 - ends * step)])
+    samples = sample_signals(mechanism, constants, [metric.signal for metric in metrics], places, 0)
+    values, slopes = np.abs(samples[:2]).max(axis=0), np.abs(samples[2:] - samples[:2]).max(axis=0) / _STEP
+    result = np.empty(values.shape)
+    for k, (metric, own) in enumerate(zip(metrics, slots, strict=True)):
+        mean, variance, is_square = statistics[own[MEAN]], statistics[own[VARIANCE]], metric.signal.is_magnitude
+        square = np.abs(mean) if is_square else mean**2 + variance
+        largest = values[k] if is_square else values[k] ** 2
+        excess = np.where(largest > square, largest / square, 0.0)
+        extremes = [np.abs(statistics[own[j]]) for j in (MINIMUM, MAXIMUM) if own[j] >= 0]
+        if extremes:
+            excess = np.fmax(excess, _ANGLE * slopes[k] / np.fmax.reduce([*extremes, np.sqrt(square)]))
+        result[k] = np.where(np.isfinite(excess), constants[mechanism.closed_error_row] * excess, 0.0)
+    return result
