@@ -14,7 +14,7 @@ from explore.mechanisms.registry import MECHANISMS
 from explore.mechanisms.targets.pose_errors.metrics import measure_posed
 from explore.model.targets import FunctionTarget, PathTarget, PosesTarget, target_from_content
 from explore.studies.request.names import find_mechanism
-from explore.studies.request.pose_targets import read_poses
+from explore.studies.request.targets import read_poses
 from explore.synthesis.functions import wrapped
 
 METRICS = ["position_error_max", "angle_error_max", "pose_error_rms", "pose_crank_span"]

@@ -11,7 +11,7 @@ from explore.model.progress import ReportProgress
 from explore.model.quantities import FloatArray, GivenMetric
 from explore.model.targets import PosesTarget
 from explore.studies.request.path_order import remark_on_order
-from explore.studies.request.pose_targets import read_poses
+from explore.studies.request.targets import read_poses
 from explore.synthesis import defects
 from explore.synthesis.candidates import SOLUTION, Candidates
 from explore.synthesis.guidance import Pairs, PivotBox, find_pairs

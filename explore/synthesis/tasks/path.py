@@ -12,7 +12,7 @@ from explore.model.quantities import GivenMetric
 from explore.model.targets import PathTarget
 from explore.studies.request.names import find_mechanism
 from explore.studies.request.path_order import remark_on_order
-from explore.studies.request.path_targets import read_path_target
+from explore.studies.request.targets import read_path_target
 from explore.synthesis.tasks.contract import Task, TaskSections, TaskType
 from explore.synthesis.tasks.path_search import PathSearch
 from explore.synthesis.tasks.pivot_boxes import pivot_bounds, read_box
