@@ -21,12 +21,11 @@ from explore.model.mechanism import Mechanism
 from explore.model.status import Status
 from explore.studies.config.study_file import starter
 from explore.testing import check_mechanism, dense_statistics
-from explore.testing.anchors import changes_with_the_anchor
 from explore.testing.commands import failing_commands
 from explore.testing.contract import draw_designs
 from explore.testing.derivatives import wrong_derivatives
 from explore.testing.extremes import wrong_extremes
-from explore.testing.invariance import changes_with_the_block, changes_with_units
+from explore.testing.invariance import changes_with_the_anchor, changes_with_the_block, changes_with_units
 from explore.testing.statistics import wrong_statistics, wrong_zero_means
 from explore.testing.statuses import wrong_statuses
 from explore.testing.subject import Subject

@@ -15,12 +15,11 @@ from explore.studies.config.study import Study
 from explore.studies.config.study_file import load_study, starter
 from explore.studies.designs.spaces import BLOCK_SIZE
 from explore.studies.request.parameters import parameter_columns
-from explore.testing.anchors import changes_with_the_anchor
 from explore.testing.commands import failing_commands
 from explore.testing.derivatives import wrong_derivatives
 from explore.testing.drawing import broken_links
 from explore.testing.extremes import wrong_extremes
-from explore.testing.invariance import changes_with_the_block, changes_with_units
+from explore.testing.invariance import changes_with_the_anchor, changes_with_the_block, changes_with_units
 from explore.testing.statistics import wrong_statistics, wrong_zero_means
 from explore.testing.statuses import wrong_statuses
 from explore.testing.subject import Subject
