@@ -4,24 +4,20 @@ import pytest
 
 import explore
 
-#: The smallest valid study: one design.
-GOOD = """\
-mechanism = "crank-rocker"
-[parameters]
-crank = 100
-coupler = 1000
-rocker = 500
-ground = 700
-"""
 
+def crank_rockers(crank=100, coupler=1083.4236, rocker=541.7118, ground=691.7118, **others):
+    """A study of crank-rockers: numbers, lists, entries as texts, pairs of min and max, or start, stop and num."""
+    text = 'mechanism = "crank-rocker"\n[parameters]\n'
+    for name, value in {"crank": crank, "coupler": coupler, "rocker": rocker, "ground": ground, **others}.items():
+        form = {2: "{{ min = {}, max = {} }}", 3: "{{ start = {}, stop = {}, num = {} }}"}
+        text += f"{name} = {form[len(value)].format(*value) if isinstance(value, tuple) else value}\n"
+    return text
+
+
+#: The smallest valid study: one design.
+GOOD = crank_rockers(100, 1000, 500, 700)
 #: Eight designs, some of which cannot turn.
-FEW = """mechanism = "crank-rocker"
-[parameters]
-crank = [80, 100, 150, 160]
-coupler = 1083.4236
-rocker = 541.7118
-ground = [691.7118, 720]
-"""
+FEW = crank_rockers([80, 100, 150, 160], ground=[691.7118, 720])
 #: Two four-bars of a table.
 TABLE = """mechanism = "linkage"
 [linkage]
@@ -80,16 +76,7 @@ def with_parameter(name, value):
 
 def box(rest):
     """A study of crank-rockers around the published optimum, drawn from a Sobol' sequence, with the rest of it."""
-    return f"""\
-mechanism = "crank-rocker"
-[parameters]
-crank = 50
-coupler = {{ min = 50, max = 1000 }}
-rocker = {{ min = 50, max = 500 }}
-ground = {{ min = 50, max = 1000 }}
-[sampling]
-method = "sobol"
-{rest}"""
+    return f'{crank_rockers(50, (50, 1000), (50, 500), (50, 1000))}[sampling]\nmethod = "sobol"\n{rest}'
 
 
 def published_box(count):
@@ -111,15 +98,7 @@ metrics = ["cv", "mean_output_ratio:max"]
 
 def grid(rest, num=16):
     """A study of crank-rockers with `num` cranks, 9,450 designs for each, with the rest of it: 16 make three blocks."""
-    return f"""\
-mechanism = "crank-rocker"
-[parameters]
-crank = {{ start = 60, stop = 180, num = {num} }}
-coupler = {{ start = 900, stop = 1300, num = 21 }}
-rocker = {{ start = 450, stop = 660, num = 15 }}
-ground = {{ start = 620, stop = 830, num = 15 }}
-speed = [1, 2.5]
-{rest}"""
+    return crank_rockers((60, 180, num), (900, 1300, 21), (450, 660, 15), (620, 830, 15), speed=[1, 2.5]) + rest
 
 
 def sweep_text(folder, text, name="study", **options):

@@ -2,17 +2,13 @@
 
 import numpy as np
 import pytest
-from studies import swept
+from studies import crank_rockers, swept
 
 import explore
 
-STUDY = """
-mechanism = "crank-rocker"
-[parameters]
-crank = { min = 40, max = 60 }
-coupler = { min = 250, max = 320 }
-rocker = 160
-ground = 280
+STUDY = (
+    crank_rockers((40, 60), (250, 320), 160, 280)
+    + """\
 [sampling]
 method = "sobol"
 count = 128
@@ -23,6 +19,7 @@ transmission_angle_min = { min = 20 }
 [rank]
 metrics = ["swing_angle:max", "transmission_angle_min:max"]
 """
+)
 LINKS = {"crank": 50.0, "coupler": 300.0, "rocker": 160.0, "ground": 280.0}
 results = swept(STUDY, give=lambda results: str(results.path))
 

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from stopping import interrupt
-from studies import swept
+from studies import crank_rockers, swept
 
 import explore
 from explore.base.errors import RequestError, ResultsError
@@ -18,13 +18,7 @@ from explore.results.browsing import building, cells, index_files
 from explore.results.browsing.building import build_index
 from explore.results.browsing.index_files import ColumnFacts, DamagedIndexError, identify, open_index
 
-STUDY = """mechanism = "crank-rocker"
-[parameters]
-crank = { start = 80, stop = 260, num = 50 }
-coupler = 1000
-rocker = 500
-ground = [700, 720]
-"""
+STUDY = crank_rockers((80, 260, 50), 1000, 500, [700, 720])
 path = swept(STUDY, "grid", give=lambda results: results.path)
 
 

@@ -19,7 +19,7 @@ import pandas as pd
 import pytest
 import typer
 from command_line import COMMANDS, run
-from studies import GOOD
+from studies import GOOD, crank_rockers
 from waiting import wait_until
 
 import explore
@@ -28,14 +28,7 @@ from explore.cli.application import app
 from explore.cli.commands import sweep
 from explore.running.timing import seconds_per_design
 
-SMALL = """mechanism = "crank-rocker"
-[parameters]
-crank = [100, 150, 200]
-coupler = 1083.4236
-rocker = 541.7118
-ground = 691.7118
-speed = [4.2735, 5.9829]
-"""
+SMALL = crank_rockers([100, 150, 200], speed=[4.2735, 5.9829])
 LENGTHS = ["--set", "crank=100", "--set", "coupler=1083.4236", "--set", "rocker=541.7118", "--set", "ground=691.7118"]
 
 

@@ -5,18 +5,14 @@ import pickle
 
 import pytest
 from command_line import run
-from studies import GOOD
+from studies import GOOD, crank_rockers
 
 import explore
 from explore.figures.charts.mechanism import mechanism_chart
 
-STUDY = """mechanism = "crank-rocker"
-[parameters]
-crank = [80, 100, 120]
-coupler = 250
-rocker = 250
-ground = 200
-speed = [1, 2]
+STUDY = (
+    crank_rockers([80, 100, 120], 250, 250, 200, speed=[1, 2])
+    + """\
 [points]
 knife = { along = { start = 400, stop = 500, num = 3 }, across = ["0 cm", 30] }
 tip = { along = 100, across = -20 }
@@ -31,6 +27,7 @@ tip_velocity_max = { max = 500 }
 [rank]
 metrics = ["straightness:min", "knife_x_peak_to_peak:max"]
 """
+)
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import pytest
 from command_line import assert_refused, call, succeed
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from studies import crank_rockers
 
 import explore
 from explore.analysis.covering import Coverage, _overlaps
@@ -175,14 +176,7 @@ def test_bad_arguments(change, message):
     assert str(caught.value).startswith(message)
 
 
-STUDY = """\
-mechanism = "crank-rocker"
-[parameters]
-crank = [5, 13.58, 37]
-coupler = { start = 460, stop = 1271.5, num = 20 }
-rocker = 595
-ground = 751
-"""
+STUDY = crank_rockers([5, 13.58, 37], (460, 1271.5, 20), 595, 751)
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ import pytest
 from command_line import assert_refused, call, run
 from PIL import Image
 from scipy.io import loadmat
-from studies import TABLE, sweep_text
+from studies import TABLE, crank_rockers, sweep_text
 
 import explore
 from explore.base.errors import RequestError, ResultsError
@@ -29,13 +29,8 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 #: Studies of all kinds of entries: units, points, formulas, drawn values, a length solved for.
 STUDIES = {
-    "points": """mechanism = "crank-rocker"
-[parameters]
-crank = { min = 38, max = 42 }
-coupler = 170
-rocker = { min = 58, max = 64 }
-ground = "18 cm"
-speed = "40 rpm"
+    "points": crank_rockers((38, 42), 170, (58, 64), '"18 cm"', speed='"40 rpm"')
+    + """\
 [points]
 knife = { along = { min = 100, max = 130 }, across = "4 cm" }
 [sampling]
@@ -53,12 +48,8 @@ transmission_angle_min = { min = "10 deg" }
 [rank]
 metrics = ["share:max"]
 """,
-    "solved": """mechanism = "crank-rocker"
-[parameters]
-crank = { solve = "swing_angle", value = "20 deg" }
-coupler = [500.1, 520.7]
-rocker = 200
-ground = [480, 490.3]
+    "solved": crank_rockers('{ solve = "swing_angle", value = "20 deg" }', [500.1, 520.7], 200, [480, 490.3])
+    + """\
 [evaluate]
 metrics = ["swing_angle", "cv"]
 """,

@@ -9,23 +9,20 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
-from studies import sweep_text
+from studies import crank_rockers, sweep_text
 
 import explore
 
 #: Has designs of several statuses, so that there are NaN, and columns of every type: f8, i8, i4 and i1, with labels.
-STUDY = """mechanism = "crank-rocker"
-[parameters]
-crank = { start = 60, stop = 220, num = 23 }
-coupler = 1083.4236
-rocker = [541.7118, 500]
-ground = 691.7118
-speed = [0.3333333333333333, "60 rpm"]
+STUDY = (
+    crank_rockers((60, 220, 23), rocker=[541.7118, 500], speed='[0.3333333333333333, "60 rpm"]')
+    + """\
 [evaluate]
 metrics = ["linkage_class", "swing_angle", "transmission_angle_min", "cv", "rocker_acceleration_max"]
 [constraints]
 transmission_angle_min = { min = 15 }
 """
+)
 
 
 @pytest.fixture(scope="module")

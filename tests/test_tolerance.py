@@ -13,7 +13,7 @@ from matplotlib.colors import to_hex
 from scipy.special import ndtr
 from scipy.stats import binomtest
 from stopping import interrupt
-from studies import GOOD, sweep_text, swept
+from studies import GOOD, crank_rockers, sweep_text, swept
 
 import explore
 from explore import charts
@@ -26,13 +26,9 @@ from explore.figures.charts.style import RED
 from explore.results.store.all_designs_writer import AllDesignsWriter
 from explore.running.clusters import processors
 
-STUDY = """
-mechanism = "crank-rocker"
-[parameters]
-crank = { min = 40, max = 60 }
-coupler = { min = 800, max = 1000 }
-rocker = { min = 60, max = 300 }
-ground = { min = 800, max = 1000 }
+STUDY = (
+    crank_rockers((40, 60), (800, 1000), (60, 300), (800, 1000))
+    + """\
 [sampling]
 method = "sobol"
 count = 512
@@ -49,6 +45,7 @@ crank = 0.5
 coupler = { plus_minus = "2 mm", distribution = "uniform" }
 rocker = 0.5
 """
+)
 folder = swept(STUDY, give=lambda results: results.path.parent)
 
 

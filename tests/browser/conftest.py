@@ -4,24 +4,21 @@ import os
 
 import pytest
 from command_line import succeed
-from studies import box, sweep_text
+from studies import box, crank_rockers, sweep_text
 
 from browser.chromium import find_browser, find_driver, open_page, silence, silent_page
 
 #: Designs that are feasible, screened, undefined, blocked or cannot be assembled; few, so each value is compared.
-STUDY = """mechanism = "crank-rocker"
-[parameters]
-crank = { start = 60, stop = 180, num = 9 }
-coupler = { start = 900, stop = 1300, num = 7 }
-rocker = { start = 450, stop = 660, num = 6 }
-ground = { start = 620, stop = 830, num = 5 }
-speed = [4.0, 8.0]
+STUDY = (
+    crank_rockers((60, 180, 9), (900, 1300, 7), (450, 660, 6), (620, 830, 5), speed=[4.0, 8.0])
+    + """\
 [constraints]
 transmission_angle_min = { min = 30 }
 rocker_velocity_mean = { min = 0.8, max = 1.2 }
 [rank]
 metrics = ["cv", "swing_angle:max"]
 """
+)
 
 
 def sobol(count):

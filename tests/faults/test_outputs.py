@@ -8,31 +8,24 @@ from pathlib import Path
 import pytest
 from command_line import call, succeed
 from served import serving
+from studies import crank_rockers
 
 import explore
 from explore.synthesis.tasks.task_files import task_starter
 from faults.disks import take_all_but
 from faults.replay import Disk, boundaries, ends_at, put_down, read_trace
 
-STUDY = """mechanism = "crank-rocker"
-[parameters]
-crank = { min = 80, max = 160 }
-coupler = { min = 1000, max = 1100 }
-rocker = 541.7118
-ground = 691.7118
+STUDY = (
+    crank_rockers((80, 160), (1000, 1100))
+    + """\
 [sampling]
 method = "sobol"
 count = 64
 [rank]
 metrics = ["cv", "transmission_angle_min:max"]
 """
-COVERAGE = """mechanism = "crank-rocker"
-[parameters]
-crank = [90, 100, 110]
-coupler = { start = 1000, stop = 1100, num = 11 }
-rocker = 541.7118
-ground = 691.7118
-"""
+)
+COVERAGE = crank_rockers([90, 100, 110], (1000, 1100, 11))
 MECHANISM = ["simulate", "--mechanism", "crank-rocker"]
 for _length in ("crank=100", "coupler=1083.4236", "rocker=541.7118", "ground=691.7118"):
     MECHANISM += ["--set", _length]
