@@ -79,7 +79,8 @@ class FrontCollector:
             raise RequestError("to keep only the front, give objectives ([rank] metrics of a study file)")
         _check_count(study, MOST_STUDIED)
         self.objectives, self.path = study.objectives, path
-        attributes = _front_attributes(study)
+        content = {**json.loads(study.identity), "objectives": [f"{o.metric}:{o.sense}" for o in study.objectives]}
+        attributes = {**study_attributes(study), "keep": "front", **identity_attributes(content)}
         self.sha256 = str(attributes["request_sha256"])
         self._columns, self._n_designs = results_columns(study), study.space.n_designs
         self._writer = FrontWriter(path, self._columns, self._n_designs, BLOCK_SIZE, attributes, restart=restart)
@@ -171,13 +172,6 @@ class FrontCollector:
 def _check_count(study: Study, most: int) -> None:
     if study.space.n_designs > most:
         raise RequestError(f"{study.space.n_designs:,} designs are more than a sweep can do, {most:,}; sweep less")
-
-
-def _front_attributes(study: Study) -> dict[str, Attribute]:
-    """Attributes of a file that keeps the front, which depends on the objectives too."""
-    objectives = [f"{objective.metric}:{objective.sense}" for objective in study.objectives]
-    content = {**json.loads(study.identity), "objectives": objectives}
-    return {**study_attributes(study), "keep": "front", **identity_attributes(content)}
 
 
 def digest_of(arrays: Mapping[str, Any]) -> str:

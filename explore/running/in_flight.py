@@ -99,15 +99,11 @@ class BlocksInFlight:
         self._stuck = set().union(*held.values())
         for worker in silent & self._watch.silent(PATIENCE * self._seconds / max(self._n_arrived, 1)):
             for key in held[worker]:
-                self._start_elsewhere(key, worker)
-
-    def _start_elsewhere(self, key: str, worker: str) -> None:
-        """Restart a block on another worker. The first task is released, so no block arrives twice."""
-        block = self._blocks.pop(key, None)
-        if block is not None:
-            self._note("elsewhere", block=block.number, worker=worker)
-            self._start(block.number)
-            block.future.release()
+                block = self._blocks.pop(key, None)
+                if block is not None:
+                    self._note("elsewhere", block=block.number, worker=worker)
+                    self._start(block.number)
+                    block.future.release()  # so that no block arrives twice
 
     def _outcome(self, future: Future) -> tuple[Any, Exception | None]:
         """Return (result, None), or (None, exception) if the block failed. A failed block must not stop the others.

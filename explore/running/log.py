@@ -38,8 +38,10 @@ class Log:
         self._listener = listener
         check_regular(self.path)
         is_log = True
-        with contextlib.suppress(OSError):  # no log yet; and an unreadable log must not stop a sweep
-            is_log = self._is_log()
+        # no log yet; and an unreadable log must not stop a sweep
+        with contextlib.suppress(OSError), self.path.open("rb") as file:
+            # Lines are not synced to disk, so a power cut may leave zeros.
+            is_log = _LINE_START.startswith(file.read(len(_LINE_START)).strip(b"\0"))
         if not is_log:
             raise ResultsError(
                 f"{self.path} is not a log of explore, so it is left alone; move it away, or {NAME_ANOTHER_FILE}"
@@ -55,8 +57,3 @@ class Log:
                 stream.write(line + "\n")
         if self._listener is not None:
             self._listener(event, facts)
-
-    def _is_log(self) -> bool:
-        with self.path.open("rb") as file:
-            # Lines are not synced to disk, so a power cut may leave zeros.
-            return _LINE_START.startswith(file.read(len(_LINE_START)).strip(b"\0"))

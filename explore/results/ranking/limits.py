@@ -56,11 +56,6 @@ class Limit:
             return np.asarray(values - abs(self.value - self.margin_bound))
         return np.asarray(values - self.value if self.side == "min" else self.value - values)
 
-    def bounds_worse_side_of(self, objectives: Iterable[Objective]) -> bool:
-        """Whether it bounds the worse side of an objective, so that no excluded design dominates one that meets it."""
-        better = "max" if self.side == "min" else "min"
-        return any(objective.metric == self.metric and objective.sense == better for objective in objectives)
-
 
 def parse_limits(texts: Iterable[str]) -> dict[str, str | dict[str, str]]:
     """Parse limits such as "swing_angle=40", "coupler<=4 in" and "time_ratio>=1.1"; the values stay texts."""
@@ -176,8 +171,12 @@ class RankingCriteria:
             yield self._restrict(columns) if self.has_criteria else columns
 
     def preserves_front(self, objectives: Sequence[Objective]) -> bool:
-        """Whether the Pareto set of the selected designs is a subset of that of all feasible designs."""
-        return self.condition is None and all(limit.bounds_worse_side_of(objectives) for limit in self.limits)
+        """Whether the Pareto set of the selected designs is a subset of that of all feasible designs.
+
+        It is where each limit bounds the worse side of an objective: no excluded design dominates one that meets it.
+        """
+        bounded = {(objective.metric, "min" if objective.sense == "max" else "max") for objective in objectives}
+        return self.condition is None and all((limit.metric, limit.side) in bounded for limit in self.limits)
 
     def _restrict(self, columns: Arrays) -> Arrays:
         n = len(next(iter(columns.values())))

@@ -11,8 +11,7 @@ import contextlib
 import io
 import os
 from array import array
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,12 +19,11 @@ import numpy.typing as npt
 
 from explore.base.errors import ResultsError
 from explore.base.files import NAME_ANOTHER_FILE, START_OVER, open_regular, sync_folder
-from explore.model.columns import Attribute, Column
 from explore.results.store import system_calls
 from explore.results.store.block_bytes import commit_word, damaged_blocks, read_words
 from explore.results.store.creation import create_results_file
 from explore.results.store.difference import other_study_error, study_description
-from explore.results.store.layout import INDEX, Layout
+from explore.results.store.layout import INDEX
 from explore.results.store.layout_reader import read_layout
 from explore.results.store.presence import check_present
 from explore.results.store.sidecar_files import is_hdf5, journal_name
@@ -46,16 +44,13 @@ class AllDesignsWriter(SweepWriter):
     def _check_written(self) -> None:
         if self._wrote:
             self._check_present()
-            self._check_layout()
+            # Writing changes the layout if HDF5's structures are damaged.
+            if read_layout(self.path) != self._layout:
+                raise ResultsError(f"{self.path} is damaged; {START_OVER}")
 
     def _check_present(self) -> None:
         """Raise `ResultsError` if the path no longer leads to the open file."""
         check_present(self.path, self._descriptor, f"{self.n_committed:,} designs")
-
-    def _check_layout(self) -> None:
-        """Raise `ResultsError` if writing changed the layout, as it can if HDF5's structures are damaged."""
-        if read_layout(self.path) != self._layout:
-            raise ResultsError(f"{self.path} is damaged; {START_OVER}")
 
     @property
     def pending(self) -> array[int]:
@@ -137,7 +132,12 @@ class AllDesignsWriter(SweepWriter):
             raise ResultsError(f"{error}; {advice}") from error
         if self._layout.is_packed:
             raise ResultsError(f"{self.path} is a packed copy, which cannot be continued; {NAME_ANOTHER_FILE}")
-        _check_same_study(self.path, self._layout, *self._content)
+        columns, n_designs, block_size, attributes = self._content
+        old, names = self._layout, ("request_sha256", "kernel", "keep")
+        is_same = all(old.attributes.get(name) == attributes.get(name) for name in names)
+        if not is_same or (old.columns, old.n_designs, old.block_size) != (tuple(columns), n_designs, block_size):
+            described = study_description(old.attributes, old.n_designs, old.columns)
+            raise other_study_error(self.path, described, study_description(attributes, n_designs, columns))
         self._descriptor = open_regular(self.path, os.O_RDWR)
         stack.callback(os.close, self._descriptor)
         self._exclude_other_writers()
@@ -173,19 +173,3 @@ class AllDesignsWriter(SweepWriter):
                 self._write_word(number, 0)
             committed: npt.NDArray[np.bool_] = read_words(file, self._layout) != 0
         return committed
-
-
-def _check_same_study(
-    path: Path,
-    layout: Layout,
-    columns: Sequence[Column],
-    n_designs: int,
-    block_size: int,
-    attributes: Mapping[str, Attribute],
-) -> None:
-    """Raise `ResultsError` if the file belongs to another study."""
-    is_same = all(layout.attributes.get(name) == attributes.get(name) for name in ("request_sha256", "kernel", "keep"))
-    if is_same and (layout.columns, layout.n_designs, layout.block_size) == (tuple(columns), n_designs, block_size):
-        return
-    old = study_description(layout.attributes, layout.n_designs, layout.columns)
-    raise other_study_error(path, old, study_description(attributes, n_designs, columns))
