@@ -40,12 +40,6 @@ class ClosedFormResult:
     metrics: FloatArray
     status: npt.NDArray[np.int8]
 
-    @classmethod
-    def allocate(cls, constants: int, metrics: int, designs: int) -> ClosedFormResult:
-        """Arrays to fill for so many constants, metrics and designs."""
-        status = np.zeros(designs, dtype=np.int8)
-        return cls(np.empty((constants, designs)), np.empty((metrics, designs)), status)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Mechanism(Declaration):
@@ -232,7 +226,9 @@ class Mechanism(Declaration):
             ends = [math.radians(interval.start), math.radians(interval.length)]
             parameters = np.vstack([parameters, np.repeat(np.array(ends)[:, None], parameters.shape[1], axis=1)])
         n_constants = self.n_constants if keeps_constants else self.closed_error_row + 1
-        result = ClosedFormResult.allocate(n_constants, len(self.metrics), parameters.shape[1])
+        n = parameters.shape[1]
+        shapes = np.empty((n_constants, n)), np.empty((len(self.metrics), n))
+        result = ClosedFormResult(*shapes, np.zeros(n, dtype=np.int8))
         inputs = np.ascontiguousarray(parameters, dtype=np.float64)
         close_all(
             as_argument(self.close, CLOSE_SIGNATURE), inputs, self.record_rows, self.first_parameter,

@@ -88,19 +88,13 @@ def burmester_curves(poses: Poses, angles: FloatArray) -> tuple[ComplexArray, Co
     with np.errstate(divide="ignore", invalid="ignore"):
         corner = np.arccos((length**2 + one**2 - two**2) / (2.0 * length * one))
         third = -rest / length * (abs(minors[1]) / minors[1]) * np.exp(1j * np.array([corner, -corner]))
-        links, bodies = _solve_pairs(np.broadcast_to(second, third.shape), third, turned, moved)
+        # W and Z from the equations of poses 2 and 3
+        a, c = np.broadcast_to(second, third.shape) - 1.0, third - 1.0
+        determinant = a * turned[1] - c * turned[0]
+        links = (moved[0] * turned[1] - moved[1] * turned[0]) / determinant
+        bodies = (a * moved[1] - c * moved[0]) / determinant
     moving = poses.points[0] - bodies
     return moving - links, moving
-
-
-def _solve_pairs(
-    second: ComplexArray, third: ComplexArray, turned: ComplexArray, moved: ComplexArray
-) -> tuple[ComplexArray, ComplexArray]:
-    """W and Z from the equations of poses 2 and 3."""
-    a, c = second - 1.0, third - 1.0
-    determinant = a * turned[1] - c * turned[0]
-    link = (moved[0] * turned[1] - moved[1] * turned[0]) / determinant
-    return link, (a * moved[1] - c * moved[0]) / determinant
 
 
 def find_dyads(poses: Poses) -> list[Dyad]:

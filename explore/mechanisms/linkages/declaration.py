@@ -83,8 +83,12 @@ def _specialise(table: LinkageTable, names: frozenset[str] | None, *, needs_stro
     wanted = [each for each in quantities if names is None or each.signal.name in names]
     others = [each for each in quantities if each not in wanted]
     needs_stroke |= any(each.signal.needs_stroke for each in wanted) and table.limits is None
-    outputs, placed, first_rows = _place_rows(equations, wanted, others)
-    signals = tuple(placed[each.signal.name] for each in quantities)
+    # The wanted rows are the first ones; a kernel has a row at least.
+    outputs = [each.number for each in wanted] or [equations.graph.constant(1.0)]
+    first_rows = len(outputs)
+    row_of = {each.signal.name: row for row, each in [*enumerate(wanted), *enumerate(others, first_rows)]}
+    outputs += [each.number for each in others]
+    signals = tuple(replace(each.signal, row=row_of[each.signal.name]) for each in quantities)
     declare = partial(_declare, needs_stroke=needs_stroke, tells_reach=tells_reach, specialised=specialised)
     full = declare(table, equations, quantities, signals, outputs)
     if not others:
@@ -100,20 +104,6 @@ class _Kernels:
 
     def __call__(self, names: frozenset[str], *, needs_stroke: bool) -> Mechanism:
         return _specialise(self.table, names, needs_stroke=needs_stroke and self.table.limits is None)
-
-
-def _place_rows(
-    equations: Equations, wanted: Sequence[Quantity], others: Sequence[Quantity]
-) -> tuple[list[Number], dict[str, Signal], int]:
-    """The numbers of all rows, the wanted ones first; the signals with their rows, by name; the number of first rows.
-
-    A kernel has a row at least.
-    """
-    outputs = [each.number for each in wanted] or [equations.graph.constant(1.0)]
-    first_rows = len(outputs)
-    rows = [*enumerate(wanted), *enumerate(others, first_rows)]
-    signals = {each.signal.name: replace(each.signal, row=row) for row, each in rows}
-    return outputs + [each.number for each in others], signals, first_rows
 
 
 def _declare(
@@ -146,7 +136,8 @@ def _declare(
         name=f"{PREFIX}{table.digest[:12]}",
         called="this linkage",
         summary="a planar linkage that a table describes",
-        input_angle=_input_angle(signals),
+        # `crank_angle` may be that of a driven link, and no link is named drive.
+        input_angle=f"{'drive' if any(signal.name == 'crank_angle' for signal in signals) else 'crank'} angle",
         parameters=tuple(_parameters(table)),
         signals=signals,
         formulas=formulas,
@@ -186,11 +177,6 @@ def _declare(
         table=table,
         **(_of_a_turn(table, signals, change) if turns else {"metrics": (), "zero_mean": frozenset()}),
     )
-
-
-def _input_angle(signals: tuple[Signal, ...]) -> str:
-    """The name of the input angle; `crank_angle` may be that of a driven link, and no link is named drive."""
-    return "drive angle" if any(signal.name == "crank_angle" for signal in signals) else "crank angle"
 
 
 def _of_a_turn(table: LinkageTable, signals: tuple[Signal, ...], change: str) -> dict[str, Any]:

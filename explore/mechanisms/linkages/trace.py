@@ -82,7 +82,11 @@ class Trace:
         self._local = {
             body.name: {point: self._read(place) for point, place in body.points} for body in self.table.bodies
         }
-        self.size = self._total_distance()
+        self.size = zero  # all distances of points of bodies from the first of these
+        for body, (first, *others) in ((name, [*points]) for name, points in self._local.items() if points):
+            for point in others:
+                x, y = (part.terms[0] for part in self.between(body, first, point))
+                self.size = self.size + abs(x) + abs(y)
         self._conditions: dict[str, Number] = {}
         self._conditions_of_links: dict[str, Number] = {}
         self._made_by: dict[str, str] = {}
@@ -154,14 +158,6 @@ class Trace:
         return cross((x.terms[1], y.terms[1]), (x.terms[2], y.terms[2]))
 
     # coordinates of the design
-
-    def _total_distance(self) -> Number:
-        total = self.graph.constant(0.0)
-        for body, (first, *others) in ((name, [*points]) for name, points in self._local.items() if points):
-            for point in others:
-                x, y = (part.terms[0] for part in self.between(body, first, point))
-                total = total + abs(x) + abs(y)
-        return total
 
     def _read(self, place: Place) -> Vector:
         x, y = (Series.still(read_expression(self.graph, coordinate)) for coordinate in place)

@@ -120,7 +120,11 @@ def _slot(structure: Structure, name: str, entry: object) -> Slot:
     ends: tuple[str | Place, ...] = ()
     if isinstance(along, list | tuple) and len(along) == 2:
         ends = tuple(_end(structure, each, link, (*key, "along", number)) for number, each in enumerate(along))
-        _check_line(structure, ends, link, (*key, "along"))
+        places = structure.bodies[link].place_of if link in structure.bodies else {}
+        found = [places.get(end) if isinstance(end, str) else end for end in ends]
+        if None not in found and found[0] == found[1]:
+            reason = "the two ends are the same place, so they give no direction"
+            structure.problems.append(((*key, "along"), reason))
     elif along is not None:
         reason = 'must be two points of the link, or pairs in its coordinates, such as ["C", [1, 0]]'
         structure.problems.append(((*key, "along"), f"{reason}, got {format_value(along)}"))
@@ -141,14 +145,6 @@ def _end(structure: Structure, entry: object, link: str, key: KeyPath) -> str | 
         hint = suggestion(entry, body.place_of)
         structure.problems.append((key, f"{format_value(entry)} is no point of {link}; {hint}"))
     return entry
-
-
-def _check_line(structure: Structure, ends: Sequence[str | Place], link: str, key: KeyPath) -> None:
-    """Note a line whose two ends are the same place."""
-    places = structure.bodies[link].place_of if link in structure.bodies else {}
-    found = [places.get(end) if isinstance(end, str) else end for end in ends]
-    if None not in found and found[0] == found[1]:
-        structure.problems.append((key, "the two ends are the same place, so they give no direction"))
 
 
 def _slide(structure: Structure, name: str, entry: object) -> Slide:

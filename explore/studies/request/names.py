@@ -187,7 +187,12 @@ def _declared_metric(mechanism: Mechanism, name: str, window: Window) -> Compute
             f"use {', '.join(f'{signal.name}_{other}' for other in signal.statistics)}"
         )
     _check_window(mechanism, signal, statistic, metric_window)
-    _refuse_undefined(mechanism, signal, statistic, metric_window)
+    if statistic == "cv" and (signal.name, metric_window.name) in mechanism.zero_mean:
+        extent = "a stroke" if metric_window.needs_stroke and metric_window.kind != "turn" else "a full turn"
+        raise RequestError(
+            f"the mean of {signal.name} over {extent} is exactly 0, so its cv is undefined for every design; "
+            f"use {signal.name}_std"
+        )
     return SampledMetric(
         name,
         _unit(signal.unit, statistic),
@@ -268,16 +273,6 @@ def _check_window(mechanism: Mechanism, signal: Signal, statistic: str, window: 
         raise RequestError(
             f"the window '{window.name}' has only {', '.join(signals_in_window)}, not {signal.name}; "
             f"name another window, such as {signal.name}_{statistic}_{mechanism.default_window}"
-        )
-
-
-def _refuse_undefined(mechanism: Mechanism, signal: Signal, statistic: str, window: Window) -> None:
-    """Raise for the coefficient of variation of a signal whose mean is exactly 0."""
-    if statistic == "cv" and (signal.name, window.name) in mechanism.zero_mean:
-        extent = "a stroke" if window.needs_stroke and window.kind != "turn" else "a full turn"
-        raise RequestError(
-            f"the mean of {signal.name} over {extent} is exactly 0, so its cv is undefined for every design; "
-            f"use {signal.name}_std"
         )
 
 

@@ -125,7 +125,9 @@ def lay_over_parts(points: ComplexArray, shapes: FloatArray, least_span: float) 
 
     The crank turns at least by `least_span` over the path, rad.
     """
-    even, places = _open_path(points)
+    arcs = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(points)))])
+    steps, places = np.linspace(0.0, arcs[-1], _N_POINTS), arcs / arcs[-1]
+    even = np.interp(steps, arcs, points.real) + 1j * np.interp(steps, arcs, points.imag)
     curves, lengths = even_points(shapes)
     path = even - even.mean()
     best, chosen = np.empty(len(shapes)), np.zeros((len(shapes), 3), dtype=np.int64)
@@ -136,16 +138,6 @@ def lay_over_parts(points: ComplexArray, shapes: FloatArray, least_span: float) 
     angles = _angles_at(first[:, None] + share[:, None] * along, lengths)
     signs = np.where(is_mirrored[:, None], -1.0, 1.0)
     return _similar(even, places, shapes, angles * signs, is_mirrored, is_reversed, 1.0 - best / _energy(path))
-
-
-def _open_path(points: ComplexArray) -> tuple[ComplexArray, FloatArray]:
-    """Points at equal steps of the length of the polygon through points, and the places of these, shares of the
-    length.
-    """
-    lengths = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(points)))])
-    steps = np.linspace(0.0, lengths[-1], _N_POINTS)
-    even = np.interp(steps, lengths, points.real) + 1j * np.interp(steps, lengths, points.imag)
-    return even, lengths / lengths[-1]
 
 
 def _energy(path: ComplexArray) -> float:

@@ -156,7 +156,12 @@ def _lay(goal: Goal, drawn: Drawn, samples: np.ndarray) -> Laid:
         rest = goal.points - pivots[..., None] - frames[..., None] * pins
         arms = (couplers.conj() * rest) @ (goal.weights / goal.weights.sum())
     else:
-        pivots, frames, arms = _solve_places(goal, pins, couplers)
+        columns = np.stack([np.ones_like(pins), pins, couplers], axis=-1)
+        weighted = (columns.conj() * goal.weights[:, None]).swapaxes(-1, -2)
+        matrix = weighted @ columns
+        matrix += 1e-12 * goal.weights.sum() * np.eye(3)
+        solved = np.linalg.solve(matrix, (weighted @ goal.points)[..., None])[..., 0]
+        pivots, frames, arms = np.moveaxis(np.asarray(solved, dtype=np.complex128), -1, 0)
     places = pivots[..., None] + frames[..., None] * pins + arms[..., None] * couplers
     errors = np.abs(places - goal.points) ** 2 @ goal.weights
     bodies = np.zeros(errors.shape)
@@ -168,16 +173,3 @@ def _lay(goal: Goal, drawn: Drawn, samples: np.ndarray) -> Laid:
     every = np.arange(len(best))
     chosen = (column[every, best] for column in (pivots, frames, arms, bodies, errors))
     return Laid(best, *chosen)
-
-
-def _solve_places(
-    goal: Goal, pins: ComplexArray, couplers: ComplexArray
-) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Pivots, frames and arms of least error, each of shape (four-bars, windows)."""
-    columns = np.stack([np.ones_like(pins), pins, couplers], axis=-1)
-    weighted = columns.conj() * goal.weights[:, None]
-    matrix = weighted.swapaxes(-1, -2) @ columns
-    matrix += 1e-12 * goal.weights.sum() * np.eye(3)
-    solved = np.linalg.solve(matrix, (weighted.swapaxes(-1, -2) @ goal.points)[..., None])[..., 0]
-    pivots, frames, arms = np.moveaxis(np.asarray(solved, dtype=np.complex128), -1, 0)
-    return pivots, frames, arms
