@@ -135,7 +135,10 @@ def coverage(
     lengths = np.unique(_to_array("cranks", cranks))
     _check(lengths, rocker, ground, coupler, transmission_angle)
     low, high = _travel(lengths, rocker, ground, coupler, transmission_angle)
-    smallest, largest = _swing_ranges(lengths, low, high, rocker, ground)
+    stationary = np.sqrt(lengths**2 + abs(ground - rocker) * (ground + rocker))
+    couplers = [low, high, np.where((stationary > low) & (stationary < high), stationary, low)]
+    swings = np.array([_swings(lengths, coupler, rocker, ground) for coupler in couplers])
+    smallest, largest = swings.min(axis=0), swings.max(axis=0)
     table = {
         "crank": lengths,
         "coupler_min": low,
@@ -202,16 +205,6 @@ def _travel(
     ))  # fmt: skip
     is_usable = low <= high  # only if the crank is shorter than rocker and ground
     return np.where(is_usable, low, np.nan), np.where(is_usable, high, np.nan)
-
-
-def _swing_ranges(
-    crank: FloatArray, low: FloatArray, high: FloatArray, rocker: float, ground: float
-) -> tuple[FloatArray, FloatArray]:
-    """Smallest and largest swing over the couplers from `low` to `high`, deg, each (n,)."""
-    stationary = np.sqrt(crank**2 + abs(ground - rocker) * (ground + rocker))
-    couplers = [low, high, np.where((stationary > low) & (stationary < high), stationary, low)]
-    swings = np.array([_swings(crank, coupler, rocker, ground) for coupler in couplers])
-    return swings.min(axis=0), swings.max(axis=0)
 
 
 def _swings(crank: FloatArray, coupler: FloatArray, rocker: float, ground: float) -> FloatArray:

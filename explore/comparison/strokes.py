@@ -125,7 +125,10 @@ def stroke_nodes(designs: Designs) -> tuple[FloatArray, FloatArray] | None:
     count_nodes(buffer.reshape(-1), panels.shape[1], 2)
     size_of, row_of, table = gauss_legendre_rules()
     count = int(size_of[int(buffer[COUNT // PANEL_CAPACITY, : panels.shape[1]].max())])
-    abscissas, rule = _full_rule(table[row_of[count] : row_of[count] + (count + 1) // 2], count)
+    stored = table[row_of[count] : row_of[count] + (count + 1) // 2]  # half of the abscissas, descending, and weights
+    mirrored = stored[count // 2 - 1 :: -1]
+    abscissas = np.concatenate([-stored[:, 0], mirrored[:, 0]])
+    rule = np.concatenate([stored[:, 1], mirrored[:, 1]])
     anchor, centre, half, scale = (panels[row // PANEL_CAPACITY][:, None] for row in (ANCHOR, CENTRE, HALF, SCALE))
     t = centre + half * abscissas
     tangent = scale * np.sinh(t)
@@ -134,12 +137,6 @@ def stroke_nodes(designs: Designs) -> tuple[FloatArray, FloatArray] | None:
     which = np.searchsorted(rocks, np.arange(n)) % len(rocks)
     which[~designs.has_strokes] = 0
     return nodes.reshape(len(rocks), -1)[which], weights.reshape(len(rocks), -1)[which]
-
-
-def _full_rule(half: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """All abscissas, ascending, and weights of a stored rule."""
-    mirrored = half[count // 2 - 1 :: -1]
-    return np.concatenate([-half[:, 0], mirrored[:, 0]]), np.concatenate([half[:, 1], mirrored[:, 1]])
 
 
 def coefficient_of_variation(values: FloatArray, weights: FloatArray) -> FloatArray:

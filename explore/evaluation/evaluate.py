@@ -150,7 +150,9 @@ def _evaluate(request: Request, parameters: Arrays) -> Evaluation:
     kinematics = evaluate_kinematics(request, distinct, inverse, np.where(usable, speed, np.nan), usable_inputs)
     values, errors, error, status = kinematics.values, kinematics.errors, kinematics.error, kinematics.status
     values |= given
-    _remove_forces_without_load(request, inputs, values)
+    for metric in request.sampled:
+        if loads := metric.signal.required_loads:  # a force of 0 without any load would rank first
+            values[metric.name] = np.where(has_any_of(loads, inputs), values[metric.name], np.nan)
     if request.derived:
         reached = np.maximum(error, statistics_tolerance(request))
         derived, bound = derive(request, usable_inputs, values, errors, reached)
@@ -191,14 +193,6 @@ def _complete(mechanism: Mechanism, parameters: Arrays) -> Arrays:
         else defaults[p.default]
         for p in mechanism.parameters
     }
-
-
-def _remove_forces_without_load(request: Request, inputs: Arrays, values: dict[str, FloatArray]) -> None:
-    """Set metrics of forces to NaN where a design has no load: a force of 0 would rank first."""
-    for metric in request.sampled:
-        loads = metric.signal.required_loads
-        if loads:
-            values[metric.name] = np.where(has_any_of(loads, inputs), values[metric.name], np.nan)
 
 
 def _kernel_inputs(request: Request, inputs: Arrays, usable: npt.NDArray[np.bool_]) -> FloatArray:

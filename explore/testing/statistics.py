@@ -63,7 +63,9 @@ class _Dense:
         """A statistic, the bound of its error, and the scale that errors of it are relative to."""
         values, errors = self.values, self.errors
         rms, std = float(values.rms), float(np.sqrt(values.variance))
-        std_error = _error_of_root(float(values.variance), float(errors.variance))
+        # the variance below its error may be 0 or as large as both
+        least, most = np.sqrt([max(values.variance - errors.variance, 0.0), values.variance + errors.variance])
+        std_error = float(max(std - least, most - std))
         match name:
             case "std":
                 return std, std_error, rms
@@ -84,12 +86,6 @@ class _Dense:
         scale = _TURN * rms if name == "fluctuation" else scale
         peak = float(values.magnitude)
         return float(getattr(values, name)), float(getattr(errors, name)), peak if scale is None else scale
-
-
-def _error_of_root(square: float, error: float) -> float:
-    """Bound of the error of the root of a square; the square below its error may be that of 0 or as large as both."""
-    root = np.sqrt(square)
-    return float(max(root - np.sqrt(max(square - error, 0.0)), np.sqrt(square + error) - root))
 
 
 def wrong_statistics(subject: Subject) -> Iterator[str]:

@@ -65,16 +65,12 @@ def _collect(sources: Mapping[str, Results], units: Sequence[str], step: ReportS
 
     first, *others = sources.values()
     mechanism = _mechanism([first, *others])
-    command = _rank_command([source.path for source in sources.values()], units)
+    # The ranking in the units of the page; ./ keeps a name from being an option.
+    names = [f"./{each.path}" if str(each.path).startswith("-") else str(each.path) for each in sources.values()]
+    command = shlex.join(["explore", "rank", *names, *(word for text in units for word in ("--units", text))])
     if others:
         return collect_joint_contents(sources, mechanism, command, step)
     return collect_contents(first, mechanism, command, step)
-
-
-def _rank_command(paths: Sequence[Path], units: Sequence[str]) -> str:
-    """The shell command that ranks the results in the units of the page; ./ keeps a name from being an option."""
-    names = [f"./{path}" if str(path).startswith("-") else str(path) for path in paths]
-    return shlex.join(["explore", "rank", *names, *(word for text in units for word in ("--units", text))])
 
 
 def _mechanism(sources: Sequence[Results]) -> Mechanism | None:
