@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
+from explore.base.entries import note_unknown
 from explore.base.errors import KeyPath, Problems
-from explore.base.suggest import format_value, suggestion
+from explore.base.suggest import format_value
 from explore.model.mechanism import Mechanism
 from explore.model.points import COORDINATES
 from explore.studies.request.points import reason_against_point, reason_against_points
@@ -49,8 +50,7 @@ def _coordinates(name: str, entry: object, method: str, problems: Problems) -> d
     if not isinstance(entry, Mapping):
         problems.append((key, f"must be a table such as {_EXAMPLE}, got {format_value(entry)}"))
         return anywhere
-    unknown = [word for word in entry if word not in COORDINATES]
-    problems += [((*key, word), f"unknown key; {suggestion(word, COORDINATES)}") for word in unknown]
+    unknown = note_unknown(entry, COORDINATES, problems, key)
     given = {word: entry[word] for word in COORDINATES if word in entry}
     if unknown or method == "table":
         return anywhere | given if unknown else given

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from explore.base.entries import note_unknown
 from explore.base.errors import KeyPath, Problems, RequestError
-from explore.base.suggest import format_value, suggestion
+from explore.base.suggest import format_value
 from explore.base.units.quantities import quantity
 from explore.evaluation.propagation import Bounded, propagate
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, Place, constant
@@ -44,8 +45,7 @@ def read_pair(entry: object, key: KeyPath, problems: Problems, form: str = "[x, 
 
 def _polar(entry: Mapping[str, object], key: KeyPath, problems: Problems) -> Place:
     """The place ``{ radius, angle }``."""
-    unknown = [str(word) for word in entry if word not in _POLAR]
-    problems += [((*key, word), f"unknown key; {suggestion(word, _POLAR)}") for word in unknown]
+    unknown = note_unknown(entry, _POLAR, problems, key)
     missing = [] if unknown else [word for word in _POLAR if word not in entry]
     problems += [(key, f"the key '{word}' is missing; a place is {_FORMS}") for word in missing]
     if unknown or missing:

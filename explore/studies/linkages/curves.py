@@ -1,13 +1,14 @@
 """Read the section [linkage.loads.curves]: values over a place or the crank angle, in a list or in a CSV file."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from explore.base.entries import is_known, read_table
 from explore.base.errors import KeyPath, RequestError
-from explore.base.suggest import format_value, suggestion
+from explore.base.suggest import format_value
 from explore.base.units.quantities import quantity
 from explore.mechanisms.linkages.coordinate import Place
 from explore.mechanisms.linkages.load_table import CRANK_ANGLE, FROM_LEAST, TO_GREATEST, Curve
@@ -64,7 +65,7 @@ class CurveReader:
                 self._problems.append((key, f"{each} is the name of something else; choose another"))
         if reason := reason_against(name):
             self._problems.append((key, reason))
-        given = self._entries(entry, key, _KEYS, CURVE)
+        given = read_table(entry, key, _KEYS, CURVE, self._problems)
         if ("points" in given) == ("file" in given):
             reason = "has both points and a file; leave one out" if "file" in given else "has no points"
             self._problems.append((key, f"{reason}; a complete one is {CURVE}"))
@@ -72,7 +73,7 @@ class CurveReader:
             self._problems.append((key, f"the key 'over' is missing; a complete one is {CURVE}"))
         over = self._over(given.get("over", CRANK_ANGLE), (*key, "over"))
         shape = given.get("shape", _SHAPES[0])
-        self._check(shape, (*key, "shape"), _SHAPES, "shape")
+        is_known(shape, (*key, "shape"), _SHAPES, "shape", self._problems)
         of_angle = over == CRANK_ANGLE or (over in (FROM_LEAST, TO_GREATEST) and self._output in structure.bodies)
         points = self._points(given, key, "deg" if of_angle else "mm")
         if over == CRANK_ANGLE and "over" in given and self._turns and points:
@@ -86,7 +87,7 @@ class CurveReader:
         if isinstance(entry, Mapping):
             return self._along(entry, key)
         known = (*self._slots, CRANK_ANGLE, FROM_LEAST, TO_GREATEST)
-        self._check(entry, key, known, f"slot or way, or a point such as {_POINT},")
+        is_known(entry, key, known, f"slot or way, or a point such as {_POINT},", self._problems)
         if entry in (FROM_LEAST, TO_GREATEST) and not self._turns:
             self._problems.append((key, "a linkage with a range has no strokes, whose ends places are measured from"))
         elif entry in (FROM_LEAST, TO_GREATEST) and not self._output:
@@ -94,12 +95,12 @@ class CurveReader:
         return str(entry)
 
     def _along(self, entry: Mapping[str, Any], key: KeyPath) -> str | tuple[str, Place]:
-        given = self._entries(entry, key, _POINT_KEYS, _POINT)
+        given = read_table(entry, key, _POINT_KEYS, _POINT, self._problems)
         missing = [word for word in _POINT_KEYS if word not in given]
         self._problems += [(key, f"the key '{word}' is missing; a complete one is {_POINT}") for word in missing]
         if missing:
             return CRANK_ANGLE
-        self._check(given["point"], (*key, "point"), self._moving, "moving point")
+        is_known(given["point"], (*key, "point"), self._moving, "moving point", self._problems)
         direction = read_pair(given["along"], (*key, "along"), self._problems)
         if not any(part.names or value_of(part, {}) for part in direction):
             self._problems.append(((*key, "along"), "has no direction; write one such as [0, -1]"))
@@ -133,22 +134,6 @@ class CurveReader:
         elif start != stop:
             reason = f"{first:g} and {last:g} deg are the same angle, with the values {start:g} and {stop:g}"
             self._problems.append((key, reason))
-
-    # entries
-
-    def _entries(self, entry: object, key: KeyPath, keys: Sequence[str], example: str) -> Mapping[str, Any]:
-        if not isinstance(entry, Mapping):
-            self._problems.append((key, f"must be a table such as {example}, got {format_value(entry)}"))
-            return {}
-        self._problems += [
-            ((*key, str(word)), f"unknown key; {suggestion(str(word), keys)}") for word in entry if word not in keys
-        ]
-        return entry
-
-    def _check(self, name: object, key: KeyPath, known: Iterable[str], kind: str) -> None:
-        names = list(known)
-        if name not in names:
-            self._problems.append((key, f"unknown {kind} {format_value(name)}; {suggestion(str(name), names)}"))
 
 
 def _from_list(entry: object, unit: str) -> list[list[float]]:

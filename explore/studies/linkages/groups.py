@@ -5,8 +5,9 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
+from explore.base.entries import note_unknown
 from explore.base.errors import KeyPath, Problems, RequestError
-from explore.base.suggest import format_value, suggestion
+from explore.base.suggest import format_value
 from explore.base.units.quantities import quantity
 from explore.mechanisms.linkages.graph import MOST_GROUPS
 from explore.mechanisms.linkages.group_steps import PoseGroup
@@ -73,9 +74,7 @@ def _written(entries: Mapping[str, Any], links: tuple[str, str], problems: Probl
                 (key, reason if link in entries else f"is missing beside that of {links[link == links[0]]}")
             )
             continue
-        problems += [
-            ((*key, name), f"unknown key; {suggestion(str(name), _ANGLES)}") for name in entry if name not in _ANGLES
-        ]
+        note_unknown(entry, _ANGLES, problems, key)
         read.append([_angle(entry, name, key, problems) for name in _ANGLES])
     if len(problems) > before:
         return None

@@ -3,12 +3,13 @@
 `explore.studies.linkages.curves` reads the curves that forces, torques and what opposes can follow.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from explore.base.entries import is_known, note_unknown, read_table
 from explore.base.errors import KeyPath
-from explore.base.suggest import closest_name, format_value, suggestion
+from explore.base.suggest import format_value
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate
 from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PointForce
 from explore.mechanisms.linkages.loads import AMOUNTS
@@ -65,7 +66,7 @@ class LoadReader:
     def read(self, entries: Mapping[str, Any]) -> Loads | None:
         """The loads that a section describes; None where it is empty."""
         key: KeyPath = (SECTION, "loads")
-        self._note_unknown(entries, key, _KEYS)
+        note_unknown(entries, _KEYS, self._problems, key)
         gravity = None
         if "gravity" in entries:
             gravity = self._pair(entries["gravity"], (*key, "gravity"), "m/s^2")
@@ -92,28 +93,24 @@ class LoadReader:
         return Loads(gravity, masses, forces, tuple(elements), curves) if masses or forces or elements else None
 
     def _part(self, entries: Mapping[str, Any], name: str, example: str) -> Mapping[str, Any]:
-        part, key = entries.get(name, {}), (SECTION, "loads", name)
-        if not isinstance(part, Mapping):
-            self._problems.append((key, f"must be a table such as {example}, got {format_value(part)}"))
-            return {}
-        return part
+        return read_table(entries.get(name, {}), (SECTION, "loads", name), (), example, self._problems)
 
     # kinds of loads
 
     def _mass(self, name: str, entry: object) -> Mass:
         key = (SECTION, "loads", "masses", name)
-        if not self._check_name(name, key, [*self._links, *self._moving], "link or moving point"):
+        if not is_known(name, key, [*self._links, *self._moving], "link or moving point", self._problems):
             return Mass(name, ZERO, name, ZERO)
         if name not in self._links:
             return Mass(name, self._amount(entry, key, "kg"), name, ZERO)
-        given = self._table(entry, key, _MASS_KEYS, ("mass", "centroid"), _EXAMPLES["masses"])
+        given = read_table(entry, key, _MASS_KEYS, _EXAMPLES["masses"], self._problems, ("mass", "centroid"))
         mass = self._amount(given.get("mass", 0), (*key, "mass"), "kg")
         inertia = self._amount(given.get("inertia", 0), (*key, "inertia"), "kg m^2")
         centroid, place = given.get("centroid", ""), (ZERO, ZERO)
         points = self._structure.bodies[name].place_of
         if isinstance(centroid, str):
             if "centroid" in given:
-                self._check_name(centroid, (*key, "centroid"), points, f"point of {name}")
+                is_known(centroid, (*key, "centroid"), points, f"point of {name}", self._problems)
             return Mass(name, mass, centroid, inertia)
         place = read_pair(centroid, (*key, "centroid"), self._problems)
         self.coordinates += [(coordinate, (*key, "centroid"), "mm") for coordinate in place]
@@ -121,15 +118,15 @@ class LoadReader:
 
     def _point_force(self, name: str, entry: object) -> PointForce:
         key = (SECTION, "loads", "forces", name)
-        self._check_name(name, key, self._moving, "moving point")
+        is_known(name, key, self._moving, "moving point", self._problems)
         return PointForce(name, self._pair(entry, key, "N"))
 
     def _torque(self, name: str, entry: object) -> Element:
         key = (SECTION, "loads", "torques", name)
-        self._check_name(name, key, self._links, "link")
+        is_known(name, key, self._links, "link", self._problems)
         ends: tuple[str, ...] = (name,)
         if isinstance(entry, Mapping):
-            given = self._table(entry, key, _TORQUE_KEYS, _TORQUE_KEYS, _BETWEEN)
+            given = read_table(entry, key, _TORQUE_KEYS, _BETWEEN, self._problems, _TORQUE_KEYS)
             size = self._amount(given.get("torque", 0), (*key, "torque"), "N m")
             if "against" in given:
                 ends = self._two_links(name, given["against"], (*key, "against"))
@@ -141,7 +138,7 @@ class LoadReader:
     def _opposing(self, name: str, entry: object) -> Element:
         key = (SECTION, "loads", "opposing", name)
         known = [*self._slots, *self._links]
-        self._check_name(name, key, known, "slot or link")
+        is_known(name, key, known, "slot or link", self._problems)
         self._check_turns((name,), key)
         return Element("opposing", name, (name,), self._amount(entry, key, "N m" if name in self._links else "N"))
 
@@ -150,7 +147,7 @@ class LoadReader:
         if name in self._structure.points:
             return self._pin_friction(name, entry, key)
         pins = [point for point in self._structure.points if len(bodies_on(self._structure, point)) > 1]
-        if not self._check_name(name, key, [*self._slots, *pins], "slot or pin"):
+        if not is_known(name, key, [*self._slots, *pins], "slot or pin", self._problems):
             return Element("friction", name, (name,), ZERO)
         if name == self._driver:
             self._problems.append((key, f"{name} is driven; friction there adds to the force of the drive"))
@@ -158,7 +155,8 @@ class LoadReader:
 
     def _pin_friction(self, name: str, entry: object, key: KeyPath) -> Element:
         """Friction of links on a pin that is fast in the last of its bodies."""
-        given, ends = self._table(entry, key, _PIN_KEYS, _PIN_KEYS, _AT_PIN), bodies_on(self._structure, name)
+        given = read_table(entry, key, _PIN_KEYS, _AT_PIN, self._problems, _PIN_KEYS)
+        ends = bodies_on(self._structure, name)
         slots = sum(slot.pin == name for slot in self._structure.slots)
         if slots > 1 or (slots and ends[-1] == FRAME and len(ends) > 2):
             self._problems.append((key, f"{name} joins blocks and other bodies; only its slots can have friction"))
@@ -173,7 +171,7 @@ class LoadReader:
     def _spring(self, kind: str, name: str, entry: object) -> Element:
         key = (SECTION, "loads", kind, name)
         keys = ("between", "rate", *(("rest",) if kind == "springs" else ()))
-        given = self._table(entry, key, keys, keys, _EXAMPLES[kind])
+        given = read_table(entry, key, keys, _EXAMPLES[kind], self._problems, keys)
         ends = self._ends(given.get("between", ""), (*key, "between"), kind) if "between" in given else ()
         turns = bool(ends) and ends[0] in self._links
         if turns and kind == "springs" and ends[0] == self._driver:
@@ -191,7 +189,7 @@ class LoadReader:
         """Two points; a slot; or one or two links."""
         names = entry if isinstance(entry, list | tuple) else [entry]
         if len(names) == 1 and isinstance(names[0], str):
-            self._check_name(names[0], key, [*self._slots, *self._links], "slot or link")
+            is_known(names[0], key, [*self._slots, *self._links], "slot or link", self._problems)
             return (names[0],)
         if len(names) != 2 or not all(isinstance(name, str) for name in names):
             reason = f'must be a slot, a link or two points, such as ["P", "Q"], got {format_value(entry)}'
@@ -206,7 +204,7 @@ class LoadReader:
             if name in self._links:
                 self._problems.append((key, f"what joins points joins no link; name a point of {name}"))
             else:
-                self._check_name(name, key, self._structure.points, "point")
+                is_known(name, key, self._structure.points, "point", self._problems)
         shared = [body for body in self._structure.bodies.values() if {first, second} <= set(body.place_of)]
         if shared:
             self._problems.append((key, f"both are points of {shared[0].name}, so their distance does not change"))
@@ -214,7 +212,7 @@ class LoadReader:
 
     def _two_links(self, first: str, second: object, key: KeyPath) -> tuple[str, ...]:
         others = [link for link in self._links if link != first]
-        self._check_name(second, key, others, "other link")
+        is_known(second, key, others, "other link", self._problems)
         return first, str(second)
 
     def _check_turns(self, ends: Sequence[str], key: KeyPath) -> None:
@@ -260,29 +258,3 @@ class LoadReader:
             return ZERO, ZERO
         x, y = (self._amount(each, (*key, number), unit) for number, each in enumerate(entry))
         return x, y
-
-    def _table(
-        self, entry: object, key: KeyPath, keys: Sequence[str], needed: Sequence[str], example: str
-    ) -> Mapping[str, Any]:
-        """The entries of a load after unknown and missing keys are noted."""
-        if not isinstance(entry, Mapping):
-            self._problems.append((key, f"must be a table such as {example}, got {format_value(entry)}"))
-            return {}
-        corrections = self._note_unknown(entry, key, keys)
-        missing = [word for word in needed if word not in entry and word not in corrections]
-        for word in missing:
-            self._problems.append((key, f"the key '{word}' is missing; a complete one is {example}"))
-        return entry
-
-    def _note_unknown(self, entries: Mapping[str, Any], key: KeyPath, keys: Sequence[str]) -> set[str | None]:
-        """Note unknown keys; return those that they are perhaps to be."""
-        unknown = [str(word) for word in entries if word not in keys]
-        self._problems += [((*key, word), f"unknown key; {suggestion(word, keys)}") for word in unknown]
-        return {closest_name(word, keys) for word in unknown}
-
-    def _check_name(self, name: object, key: KeyPath, known: Iterable[str], kind: str) -> bool:
-        """Whether a name is known; if not, it is noted."""
-        names = list(known)
-        if name not in names:
-            self._problems.append((key, f"unknown {kind} {format_value(name)}; {suggestion(str(name), names)}"))
-        return name in names

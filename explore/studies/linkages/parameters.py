@@ -4,6 +4,7 @@ import math
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
+from explore.base.entries import read_table
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
@@ -90,12 +91,7 @@ def _told_units(coordinate: Coordinate, unit: str) -> Iterator[tuple[str, str]]:
 
 def _parameter(name: str, units: set[str], entry: object, use: KeyPath, problems: Problems) -> TableParameter:
     key: KeyPath = (SECTION, "parameters", name)
-    if not isinstance(entry, Mapping):
-        problems.append((key, f'must be a table such as {{ unit = "1" }}, got {format_value(entry)}'))
-        entry = {}
-    problems += [
-        ((*key, str(word)), f"unknown key; {suggestion(str(word), _KEYS)}") for word in entry if word not in _KEYS
-    ]
+    entry = read_table(entry, key, _KEYS, '{ unit = "1" }', problems)
     unit = next(iter(units)) if len(units) == 1 else ""
     given = entry.get("unit", unit)
     if len(units) > 1 and given != "1":

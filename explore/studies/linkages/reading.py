@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from explore.base.entries import note_unknown
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, one_line, suggestion
 from explore.base.units.quantities import exact_angle
@@ -61,9 +62,7 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems, folde
     if not isinstance(section, Mapping):
         problems.append(((SECTION,), f"must be a table with driver, frame and links, got {format_value(section)}"))
         return None
-    for name in section:
-        if name not in _KEYS:
-            problems.append(((SECTION, str(name)), f"unknown key; {suggestion(str(name), _KEYS)}"))
+    note_unknown(section, _KEYS, problems, (SECTION,))
     if reason := _reason_against_size(section):
         problems.append(((SECTION,), reason))
         return None

@@ -1,10 +1,11 @@
 """Read the bodies and joints of a table: points of the frame and of links, slots, and links that only translate."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from explore.base.entries import read_table
 from explore.base.errors import KeyPath, Problems
 from explore.base.suggest import closest_name, format_value, suggestion
 from explore.mechanisms.linkages.coordinate import ZERO, Place
@@ -31,11 +32,7 @@ _SLOT_KEYS, _SLIDE_KEYS = ("pin", "link", "along"), ("link", "direction")
 
 def read_part(section: Mapping[str, Any], name: str, problems: Problems) -> Mapping[str, Any]:
     """A table within [linkage], by its name; an empty one where it is missing or wrong."""
-    entries = section.get(name, {})
-    if isinstance(entries, Mapping):
-        return entries
-    problems.append(((SECTION, name), f"must be a table such as {_EXAMPLES[name]}, got {format_value(entries)}"))
-    return {}
+    return read_table(section.get(name, {}), (SECTION, name), (), _EXAMPLES[name], problems)
 
 
 @dataclass
@@ -113,7 +110,7 @@ def _check_names(structure: Structure, parts: Mapping[str, Mapping[str, Any]]) -
 
 def _slot(structure: Structure, name: str, entry: object) -> Slot:
     key = (SECTION, "slots", name)
-    given = _entries(entry, key, _SLOT_KEYS, "slots", structure.problems)
+    given = read_table(entry, key, _SLOT_KEYS, _EXAMPLES["slots"], structure.problems, _SLOT_KEYS)
     pin = _named(structure, given, "pin", key, structure.points)
     link = _named(structure, given, "link", key, structure.bodies)
     along = given.get("along")
@@ -155,7 +152,7 @@ def _slide(structure: Structure, name: str, entry: object) -> Slide:
         problems.append(
             (key, f"unknown link {format_value(name)}; a slide has the name of its link; {suggestion(name, links)}")
         )
-    given = _entries(entry, key, _SLIDE_KEYS, "slides", problems)
+    given = read_table(entry, key, _SLIDE_KEYS, _EXAMPLES["slides"], problems, _SLIDE_KEYS)
     body = _named(structure, given, "link", key, structure.bodies)
     if body == name:
         problems.append(((*key, "link"), f"{name} cannot slide in itself; name another link or {FRAME}"))
@@ -170,19 +167,6 @@ def _slide(structure: Structure, name: str, entry: object) -> Slide:
     ):
         problems.append(((*key, "direction"), "has no length, so it is no direction; write one such as [1, 0]"))
     return Slide(name, body, direction)
-
-
-def _entries(entry: object, key: KeyPath, keys: Sequence[str], kind: str, problems: Problems) -> Mapping[str, Any]:
-    """The entries of a slot or a slide after unknown and missing keys are noted."""
-    if not isinstance(entry, Mapping):
-        problems.append((key, f"must be a table such as {_EXAMPLES[kind]}, got {format_value(entry)}"))
-        return {}
-    unknown = [str(word) for word in entry if word not in keys]
-    problems += [((*key, word), f"unknown key; {suggestion(word, keys)}") for word in unknown]
-    corrections = {closest_name(word, keys) for word in unknown}
-    missing = [word for word in keys if word not in entry and word not in corrections]
-    problems += [(key, f"the key '{word}' is missing; a complete one is {_EXAMPLES[kind]}") for word in missing]
-    return entry
 
 
 def _named(structure: Structure, given: Mapping[str, Any], word: str, key: KeyPath, names: Iterable[str]) -> str:

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 
+from explore.base.entries import note_unknown
 from explore.base.errors import Problems, RequestError
-from explore.base.suggest import format_value, suggestion
+from explore.base.suggest import format_value
 from explore.base.units.quantities import check_unit
 from explore.model.expressions import Expression
 from explore.model.mechanism import Mechanism
@@ -110,8 +111,7 @@ def _read_entry(name: str, entry: object, problems: Problems) -> _Draft | None:
     if not isinstance(entry, Mapping):
         problems.append((key, f"must be a table such as {_EXAMPLE}, got {format_value(entry)}"))
         return None
-    unknown = [str(word) for word in entry if word not in _KEYS]
-    problems += [((*key, word), f"unknown key; {suggestion(word, _KEYS)}") for word in unknown]
+    unknown = note_unknown(entry, _KEYS, problems, key)
     for word in _KEYS:
         if word not in entry and not unknown:
             problems.append((key, f"the key '{word}' is missing; a complete table is {_EXAMPLE}"))

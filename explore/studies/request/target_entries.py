@@ -16,11 +16,6 @@ from explore.studies.request.target_files import FileColumn, read_target_file
 _MOST = 1e12
 
 
-def note_unknown_keys(entries: Mapping[str, Any], known: Sequence[str], problems: Problems) -> None:
-    """Note the keys that a kind of target does not have."""
-    problems += [((key,), f"unknown key; {suggestion(str(key), known)}") for key in entries if key not in known]
-
-
 def read_point(mechanism: Mechanism, kind: str, name: object, problems: Problems) -> str:
     """The point that is to meet a target of a kind."""
     points = mechanism.targets[kind].points or mechanism.points

@@ -7,6 +7,7 @@ from math import inf
 from pathlib import Path
 from typing import Any, get_args
 
+from explore.base.entries import note_unknown
 from explore.base.errors import Problems, RequestError
 from explore.base.suggest import closest_name, format_value, suggestion
 from explore.base.units.quantities import quantity
@@ -23,7 +24,6 @@ from explore.model.targets import (
 )
 from explore.studies.request.target_entries import (
     RowKind,
-    note_unknown_keys,
     read_number_rows,
     read_numbers,
     read_point,
@@ -85,7 +85,7 @@ def read_dwell_target(
 ) -> DwellTarget | None:
     """The dwell that a section describes; see `read_target`."""
     before = len(problems)
-    note_unknown_keys(entries, ("kind", "angle", "travel"), problems)
+    note_unknown(entries, ("kind", "angle", "travel"), problems)
     given = [key for key in ("angle", "travel") if key in entries]
     if len(problems) > before:
         return None
@@ -122,7 +122,7 @@ def read_poses_target(
 ) -> PosesTarget | None:
     """The poses that a section describes; see `read_target`."""
     before = len(problems)
-    note_unknown_keys(entries, ("kind", "point", "poses", "file", "lever", "order"), problems)
+    note_unknown(entries, ("kind", "point", "poses", "file", "lever", "order"), problems)
     point = read_point(mechanism, PosesTarget.kind, entries.get("point"), problems)
     poses = read_poses(entries, folder, problems)
     lever = _lever(entries.get("lever", 0.0), problems) if "lever" in entries else 0.0
@@ -177,7 +177,7 @@ def read_function_target(
 ) -> FunctionTarget | None:
     """The function that a section describes; see `read_target`."""
     before = len(problems)
-    note_unknown_keys(entries, ("kind", "table", "file"), problems)
+    note_unknown(entries, ("kind", "table", "file"), problems)
     table = [(row[0], row[1]) for row in read_number_rows(entries, _PAIRS, folder, problems) if row]
     if len(problems) > before:
         return None
@@ -203,7 +203,7 @@ def read_path_target(
 ) -> PathTarget | None:
     """The path that a section describes; see `read_target`."""
     before = len(problems)
-    note_unknown_keys(
+    note_unknown(
         entries, ("kind", "point", "points", "file", "closed", "weights", "crank_angles", "angles_from"), problems
     )
     point = read_point(mechanism, PathTarget.kind, entries.get("point"), problems)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, get_args
 
+from explore.base.entries import note_unknown
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
@@ -68,8 +69,7 @@ def _read_tolerance(name: str, unit: str, entry: object, found: dict[str, Tolera
     """Read one entry: half the width, or a table with it and the distribution."""
     table: Mapping[str, object] = entry if isinstance(entry, Mapping) else {"plus_minus": entry}
     keys = ("plus_minus", "distribution")
-    unknown = [key for key in table if key not in keys]
-    problems += [((name, str(key)), f"unknown key; {suggestion(str(key), keys)}") for key in unknown]
+    unknown = note_unknown(table, keys, problems, (name,))
     if "plus_minus" not in table:
         problems.append(((name,), "the key 'plus_minus' is missing"))
         return

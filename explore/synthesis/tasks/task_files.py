@@ -8,8 +8,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from explore.base.entries import note_unknown
 from explore.base.errors import ConfigError, DoubtfulInputWarning, Problems, RequestError
-from explore.base.suggest import format_value, suggestion
+from explore.base.suggest import format_value
 from explore.model.targets import MOST_TARGET_POINTS
 from explore.studies.config import toml_text
 from explore.studies.config.remarks import remark_on_units, target_entries
@@ -97,7 +98,7 @@ def _resolve(sections: dict[str, Any], text: str, folder: Path, problems: Proble
         problems.append((("mechanism",), "this is a study; run it with `explore sweep`"))
         return None
     known = ("task", *_OWN, *_GIVEN)
-    problems += [((key,), f"unknown key; {suggestion(key, known)}") for key in sections if key not in known]
+    note_unknown(sections, known, problems)
     kind = _type(sections, problems)
     if kind is None:
         return None
