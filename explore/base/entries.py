@@ -1,10 +1,11 @@
-"""Entries of tables of TOML: what is no table, unknown or missing is noted with its key."""
+"""Entries of tables of TOML: what is wrong, unknown or missing is noted with its key."""
 
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-from explore.base.errors import KeyPath, Problems
+from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import closest_name, format_value, suggestion
+from explore.base.units.quantities import quantity
 
 
 def read_table(
@@ -36,3 +37,12 @@ def is_known(name: object, key: KeyPath, known: Iterable[str], kind: str, proble
     if name not in names:
         problems.append((key, f"unknown {kind} {format_value(name)}; {suggestion(str(name), names)}"))
     return name in names
+
+
+def read_number(entry: object, unit: str, key: KeyPath, problems: Problems) -> float | None:
+    """A number in a unit, or that of a text with a unit; None after a mistake is noted."""
+    try:
+        return quantity(entry, unit)
+    except RequestError as error:
+        problems.append((key, str(error)))
+        return None

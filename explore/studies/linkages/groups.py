@@ -5,10 +5,9 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
-from explore.base.entries import note_unknown
-from explore.base.errors import KeyPath, Problems, RequestError
+from explore.base.entries import note_unknown, read_number
+from explore.base.errors import KeyPath, Problems
 from explore.base.suggest import format_value
-from explore.base.units.quantities import quantity
 from explore.mechanisms.linkages.graph import MOST_GROUPS
 from explore.mechanisms.linkages.group_steps import PoseGroup
 from explore.studies.linkages.sketch import Sketch
@@ -88,11 +87,7 @@ def _angle(entry: Mapping[str, Any], name: str, key: KeyPath, problems: Problems
     if name not in entry:
         problems.append((key, f"the key '{name}' is missing"))
         return 0.0
-    try:
-        return quantity(entry[name], "deg")
-    except RequestError as error:
-        problems.append(((*key, name), str(error)))
-        return 0.0
+    return read_number(entry[name], "deg", (*key, name), problems) or 0.0
 
 
 def _sketched(sketch: Sketch, links: tuple[str, str]) -> Start | None:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
-from explore.base.entries import read_table
+from explore.base.entries import read_number, read_table
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
@@ -106,13 +106,9 @@ def _parameter(name: str, units: set[str], entry: object, use: KeyPath, problems
     elif unit and given not in ("1", unit):
         problems.append(((*key, "unit"), f'it is used as {_KINDS.get(unit, f"in {unit}")}; write "{unit}" or "1"'))
     unit = given if given in _UNITS else "mm"
-    numbers: dict[str, float] = {}
-    for word in ("default", "min", "max"):
-        if word in entry:
-            try:
-                numbers[word] = quantity(entry[word], unit)
-            except RequestError as error:
-                problems.append(((*key, word), str(error)))
+    words = [word for word in ("default", "min", "max") if word in entry]
+    read = {word: read_number(entry[word], unit, (*key, word), problems) for word in words}
+    numbers = {word: number for word, number in read.items() if number is not None}
     meaning = entry.get("meaning", "")
     if not isinstance(meaning, str) or len(meaning) > 200:
         problems.append(((*key, "meaning"), f"must be a text of at most 200 characters, got {format_value(meaning)}"))

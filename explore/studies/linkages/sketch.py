@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, Self
 
-from explore.base.errors import KeyPath, Problems, RequestError
+from explore.base.entries import read_number
+from explore.base.errors import KeyPath, Problems
 from explore.base.suggest import format_value, suggestion
-from explore.base.units.quantities import quantity
 from explore.mechanisms.linkages.coordinate import Place
 from explore.mechanisms.linkages.steps import Circle, Drive, JoinPoint, Locus, SlideLine, Step
 from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slot
@@ -69,7 +69,7 @@ class Sketch:
                 reason = f"{table.driver} is a driven slot, whose pin is sketched; leave it out"
                 problems.append(((*key, _ANGLE), reason))
         elif _ANGLE in entries:
-            angle = _number(entries[_ANGLE], "deg", (*key, _ANGLE), problems)
+            angle = read_number(entries[_ANGLE], "deg", (*key, _ANGLE), problems) or 0.0
         else:
             problems.append((key, f"the key '{_ANGLE}' is missing; a sketch is of one crank angle, {_ANGLE} = 40"))
         rough: dict[str, complex] = {}
@@ -81,7 +81,8 @@ class Sketch:
             elif not isinstance(entry, list | tuple) or len(entry) != 2:
                 problems.append(((*key, name), f"must be a pair [x, y], got {format_value(entry)}"))
             else:
-                rough[name] = complex(*(_number(each, "mm", (*key, name, n), problems) for n, each in enumerate(entry)))
+                place = (read_number(each, "mm", (*key, name, n), problems) for n, each in enumerate(entry))
+                rough[name] = complex(*(each or 0.0 for each in place))
         if len(problems) > before:
             return None
         drive = next((step for step in steps if isinstance(step, Drive)), None)
@@ -294,12 +295,3 @@ class Sketch:
                 self.note(name, f"the direction of {body.name} does not follow from its points; sketch others of it")
             return 0.0j
         return along * turn / abs(along)
-
-
-def _number(entry: object, unit: str, key: KeyPath, problems: Problems) -> float:
-    """A number in a unit; 0 after its problem is noted."""
-    try:
-        return quantity(entry, unit)
-    except RequestError as error:
-        problems.append((key, str(error)))
-        return 0.0

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+from explore.base.entries import read_number
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.identity import Identity
 from explore.base.suggest import closest_name, format_value, suggestion
-from explore.base.units.quantities import quantity
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, DerivedMetric, GivenMetric, Metric, SampledMetric, Sense
 from explore.model.request import Constraint, Objective, Request
@@ -215,10 +215,8 @@ def _bounds(metric: AnyMetric, bounds: object, problems: Problems) -> Constraint
         if side not in ("min", "max"):
             problems.append(((*key, str(side)), f"unknown key; {suggestion(str(side), ['min', 'max'])}"))
             continue
-        try:
-            limits[side] = quantity(value, metric.unit)
-        except RequestError as error:
-            problems.append(((*key, str(side)), str(error)))
+        if (limit := read_number(value, metric.unit, (*key, side), problems)) is not None:
+            limits[side] = limit
     if len(limits) < len(bounds):
         return None
     minimum, maximum = limits.get("min"), limits.get("max")
@@ -230,10 +228,8 @@ def _bounds(metric: AnyMetric, bounds: object, problems: Problems) -> Constraint
 
 def _tolerance(value: object, problems: Problems) -> float:
     low, high = TOLERANCES
-    try:
-        tolerance = quantity(value, "1")
-    except RequestError as error:
-        problems.append((("tolerance",), str(error)))
+    tolerance = read_number(value, "1", ("tolerance",), problems)
+    if tolerance is None:
         return 1e-9
     if not low <= tolerance <= high:
         reason = (

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeGuard
 
+from explore.base.entries import read_number
 from explore.base.errors import Problems, RequestError
 from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
@@ -36,13 +37,9 @@ def read_numbers(key: str, value: object, unit: str, problems: Problems) -> tupl
     if not is_list(value):
         problems.append(((key,), f"must be a list of numbers, got {format_value(value)}"))
         return ()
-    numbers, before = [], len(problems)
-    for position, entry in enumerate(value):
-        try:
-            numbers.append(quantity(entry, unit))
-        except RequestError as error:
-            problems.append(((key, position), str(error)))
-    return tuple(numbers) if len(problems) == before else ()
+    read = [read_number(entry, unit, (key, position), problems) for position, entry in enumerate(value)]
+    numbers = tuple(number for number in read if number is not None)
+    return numbers if len(numbers) == len(read) else ()
 
 
 def read_rows(

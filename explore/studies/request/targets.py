@@ -7,10 +7,9 @@ from math import inf
 from pathlib import Path
 from typing import Any, get_args
 
-from explore.base.entries import note_unknown
+from explore.base.entries import note_unknown, read_number
 from explore.base.errors import Problems, RequestError
 from explore.base.suggest import closest_name, format_value, suggestion
-from explore.base.units.quantities import quantity
 from explore.model.mechanism import Mechanism
 from explore.model.targets import (
     MOST_TARGET_POINTS,
@@ -97,15 +96,10 @@ def read_dwell_target(
     unit, most, limits = "deg", 360.0, "between 0 and 360 deg"
     if key == "travel":
         unit, most, limits = of_angle[0].unit, inf, "above 0"
-    try:
-        value = quantity(entries[key], unit)
-    except RequestError as error:
-        problems.append(((key,), str(error)))
-        return None
-    if 0.0 < value < most:
-        return DwellTarget(**{key: value})
-    problems.append(((key,), f"must be {limits}, got {value:g}"))
-    return None
+    value = read_number(entries[key], unit, (key,), problems)
+    if value is not None and not 0.0 < value < most:
+        problems.append(((key,), f"must be {limits}, got {value:g}"))
+    return None if len(problems) > before or value is None else DwellTarget(**{key: value})
 
 
 _POSES = RowKind(
@@ -140,14 +134,10 @@ def read_poses_target(
 
 def _lever(value: object, problems: Problems) -> float:
     """The length at whose end an angle counts as a distance, mm."""
-    try:
-        lever = quantity(value, "mm")
-    except RequestError as error:
-        problems.append((("lever",), str(error)))
-        return 0.0
-    if not lever > 0.0:
+    lever = read_number(value, "mm", ("lever",), problems)
+    if lever is not None and not lever > 0.0:
         problems.append((("lever",), f"must be above 0, got {format_value(value)}"))
-    return lever
+    return lever or 0.0
 
 
 def read_poses(

@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from explore.base.entries import note_unknown
+from explore.base.entries import note_unknown, read_number
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value, suggestion
-from explore.base.units.quantities import quantity
 from explore.model.mechanism import Mechanism
 
 Distribution = Literal["normal", "uniform"]
@@ -80,10 +79,8 @@ def _read_tolerance(name: str, unit: str, entry: object, found: dict[str, Tolera
         )
         return
     key: KeyPath = (name, "plus_minus") if isinstance(entry, Mapping) else (name,)
-    try:
-        plus_minus = quantity(table["plus_minus"], unit)
-    except RequestError as error:
-        problems.append((key, str(error)))
+    plus_minus = read_number(table["plus_minus"], unit, key, problems)
+    if plus_minus is None:
         return
     if plus_minus < 0.0:
         problems.append((key, f"must be at least 0, got {format_value(table['plus_minus'])}"))
