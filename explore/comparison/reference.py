@@ -19,6 +19,7 @@ from explore.comparison.methods.contract import Level, Outcome, Task
 from explore.comparison.methods.elimination import solve
 from explore.comparison.methods.loop import Loop, whole_motion
 from explore.mechanisms.linkages.coordinate import Coordinate
+from explore.model.expressions import run
 from explore.model.quantities import FloatArray
 
 #: Number of digits, of which 30 cancel close to a change point.
@@ -140,24 +141,15 @@ class ExactDesign:
 
 def _evaluate(coordinate: Coordinate, columns: Mapping[str, Any]) -> Any:
     """A coordinate of a table in multiple precision."""
-    mp, stack = multiple_precision(), []
+    mp = multiple_precision()
     degree = mp.pi / 180
-    of_one = {
+    functions = {
         "negate": lambda x: -x, "sqrt": mp.sqrt, "abs": abs, "log": mp.log, "exp": mp.exp,
         "sin": lambda x: mp.sinpi(x / 180), "cos": lambda x: mp.cospi(x / 180), "tan": lambda x: mp.tan(x * degree),
-    }  # fmt: skip
-    of_two = {
         "+": lambda x, y: x + y, "-": lambda x, y: x - y, "*": lambda x, y: x * y, "/": lambda x, y: x / y,
         "**": mp.power, "min": min, "max": max, "hypot": mp.hypot, "atan2": lambda x, y: mp.atan2(x, y) / degree,
     }  # fmt: skip
-    for operation, operand in coordinate.steps:
-        if operation == "number":
-            stack.append(mp.mpf(operand))
-        elif operation == "input":
-            stack.append(columns[coordinate.names[int(operand)]])
-        elif operation in of_one:
-            stack.append(of_one[operation](stack.pop()))
-        else:
-            second, first = stack.pop(), stack.pop()
-            stack.append(of_two[operation](first, second))
-    return stack.pop()
+    return run(
+        coordinate.steps, mp.mpf, lambda place: columns[coordinate.names[place]],
+        lambda operation, *values: functions[operation](*values),
+    )  # fmt: skip

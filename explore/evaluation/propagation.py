@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from explore.model.expressions import Expression
+from explore.model.expressions import Expression, run
 from explore.model.quantities import FloatArray
 
 #: Relative rounding of an exact operation: half the distance of 1 from the next double.
@@ -73,19 +73,10 @@ def propagate(expression: Expression, inputs: Sequence[Bounded]) -> Bounded:
 
 def _run(expression: Expression, inputs: Sequence[Bounded]) -> Bounded:
     """`propagate` for a few designs."""
-    stack: list[Bounded] = []
     with np.errstate(all="ignore"):
-        for operation, operand in expression.steps:
-            if operation == "number":
-                stack.append(_number(operand))
-            elif operation == "input":
-                stack.append(inputs[int(operand)])
-            elif operation in _UNARY:
-                stack.append(_UNARY[operation](stack.pop()))
-            else:
-                right, left = stack.pop(), stack.pop()
-                stack.append(_BINARY[operation](left, right))
-        value, bound, scale = stack.pop()
+        value, bound, scale = run(
+            expression.steps, _number, inputs.__getitem__, lambda operation, *values: _OPERATIONS[operation](*values)
+        )
         bound = np.where(np.isnan(bound), np.inf, bound * _OWN_ROUNDING)
         # A scale this small is that of a value that was too small for a normal double.
         return Bounded(value, bound, np.maximum(scale, _TINY / _UNIT))
@@ -258,12 +249,10 @@ def _length(a: Bounded, b: Bounded) -> Bounded:
     return Bounded(value, a.bound + b.bound + _ELEMENTARY * value, scale)
 
 
-_UNARY: dict[str, Callable[[Bounded], Bounded]] = {
+_OPERATIONS: dict[str, Callable[..., Bounded]] = {
     "negate": lambda a: Bounded(-a.value, a.bound, a.scale), "abs": _magnitude, "sqrt": _root,
     "log": _logarithm, "exp": _exponential,
     "sin": _circular(np.sin), "cos": _circular(np.cos), "tan": _tangent,
-}  # fmt: skip
-_BINARY: dict[str, Callable[[Bounded, Bounded], Bounded]] = {
     "+": _add, "-": lambda a, b: _sum(a, b, a.value - b.value), "*": _multiply, "/": _divide, "**": _power,
     "min": _smaller, "max": _larger, "atan2": _direction, "hypot": _length,
 }  # fmt: skip

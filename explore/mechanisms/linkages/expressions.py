@@ -7,37 +7,34 @@ import numpy as np
 
 from explore.mechanisms.linkages.coordinate import Coordinate
 from explore.mechanisms.linkages.graph import Graph, Number
+from explore.model.expressions import run
 from explore.model.quantities import FloatArray
-
-#: Functions of one value, by their names in formulas; sines, cosines and tangents take degrees.
-_FUNCTIONS = ("sin", "cos", "tan", "log", "exp")
 
 
 def read_expression(graph: Graph, coordinate: Coordinate, given: Mapping[str, Number] | None = None) -> Number:
     """A coordinate as a number, from its operations; names are parameters, but for those `given`."""
-    stack: list[Number] = []
-    for operation, operand in coordinate.steps:
-        if operation == "number":
-            stack.append(graph.constant(operand))
-        elif operation == "input":
-            name = coordinate.names[int(operand)]
-            stack.append(given[name] if given and name in given else graph.input(name))
-        elif operation == "negate":
-            stack.append(-stack.pop())
-        elif operation in ("sqrt", "abs"):
-            stack.append(stack.pop().sqrt() if operation == "sqrt" else abs(stack.pop()))
-        elif operation in _FUNCTIONS:
-            stack.append(_called(operation, stack.pop()))
-        else:
-            second, first = stack.pop(), stack.pop()
-            stack.append(_combined(operation, first, second))
-    return stack.pop()
+
+    def named(place: int) -> Number:
+        name = coordinate.names[place]
+        return given[name] if given and name in given else graph.input(name)
+
+    return run(coordinate.steps, graph.constant, named, _applied)
 
 
-def _called(function: str, number: Number) -> Number:
+def _applied(operation: str, *values: Number) -> Number:
+    if len(values) == 2:
+        return _combined(operation, *values)
+    (number,) = values
+    match operation:
+        case "negate":
+            return -number
+        case "sqrt":
+            return number.sqrt()
+        case "abs":
+            return abs(number)
     if number.value is not None:
-        return _rounded(number.graph, evaluate_function(function, number.value))
-    return number.call(function)
+        return _rounded(number.graph, evaluate_function(operation, number.value))
+    return number.call(operation)
 
 
 def _rounded(graph: Graph, value: float) -> Number:
@@ -65,21 +62,14 @@ def _combined(operation: str, first: Number, second: Number) -> Number:
 
 def evaluate_coordinate(coordinate: Coordinate, columns: Mapping[str, FloatArray]) -> FloatArray:
     """A coordinate of designs with these parameters, each of shape (n,); of shape () where it takes none of them."""
-    stack: list[FloatArray] = []
+
+    def apply(operation: str, *values: FloatArray) -> FloatArray:
+        if operation in _OF_ARRAYS:
+            return np.asarray(_OF_ARRAYS[operation](*values))
+        return np.asarray(_OF_NUMBERS(operation, *values, *[0.0] * (2 - len(values))), dtype=np.float64)
+
     with np.errstate(all="ignore"):
-        for operation, operand in coordinate.steps:
-            if operation == "number":
-                stack.append(np.array(operand))
-            elif operation == "input":
-                stack.append(columns[coordinate.names[int(operand)]])
-            elif operation in _OF_ARRAYS:
-                function = _OF_ARRAYS[operation]
-                operands = [stack.pop() for _ in range(function.nin)]
-                stack.append(function(*operands[::-1]))
-            else:
-                second = np.array(0.0) if operation in _FUNCTIONS else stack.pop()
-                stack.append(np.asarray(_OF_NUMBERS(operation, stack.pop(), second), dtype=np.float64))
-    return stack.pop()
+        return run(coordinate.steps, np.array, lambda place: columns[coordinate.names[place]], apply)
 
 
 def evaluate_function(function: str, x: float, y: float = 0.0) -> float:

@@ -13,7 +13,7 @@ from explore.base.suggest import format_value
 from explore.base.units.quantities import quantity
 from explore.evaluation.propagation import Bounded, propagate
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, Place, constant
-from explore.model.expressions import FUNCTIONS, Expression
+from explore.model.expressions import Expression, run
 from explore.studies.request.formula_text import ANGULAR, MOST_CHARACTERS, parse_formula
 
 Steps = tuple[tuple[str, float], ...]
@@ -160,25 +160,17 @@ def text_of(coordinate: Coordinate) -> str:
     """The expression that `parse_formula` reads as the same steps; of a number that number."""
     if len(coordinate.steps) == 1 and coordinate.steps[0][0] == "number":
         return _number_text(coordinate.steps[0][1])
-    stack: list[_Text] = []
-    for operation, operand in coordinate.steps:
-        if operation == "number":
-            stack.append(_Text(_number_text(operand)))
-        elif operation == "input":
-            stack.append(_Text(coordinate.names[int(operand)]))
-        elif operation == "negate":
-            stack.append(_Text(f"-{stack.pop().within(_POWER)}", _NEGATION))
-        elif operation in FUNCTIONS and FUNCTIONS[operation] == (1, 1):
-            stack.append(_Text(f"{operation}({stack.pop().text})"))
-        else:
-            right, left = stack.pop(), stack.pop()
-            stack.append(_joined(operation, left, right))
-    text = stack.pop().text
+    text = run(
+        coordinate.steps, lambda number: _Text(_number_text(number)), lambda k: _Text(coordinate.names[k]), _joined
+    ).text
     return text if len(text) <= MOST_CHARACTERS else text.replace(" ", "")
 
 
-def _joined(operation: str, left: _Text, right: _Text) -> _Text:
-    """An operation of two values."""
+def _joined(operation: str, left: _Text, right: _Text | None = None) -> _Text:
+    """An operation of one or two values."""
+    if right is None:
+        negated = operation == "negate"
+        return _Text(f"-{left.within(_POWER)}", _NEGATION) if negated else _Text(f"{operation}({left.text})")
     if operation not in _OPERATORS:
         # min(a, b, c) is min(a, min(b, c)).
         rest = right.text[len(operation) + 1 : -1] if right.function == operation else right.text
@@ -199,16 +191,13 @@ def uses_of(coordinate: Coordinate) -> tuple[set[str], set[str]]:
     """The parameters that a coordinate uses as lengths, and those that it uses as angles."""
     lengths: set[str] = set()
     angles: set[str] = set()
-    stack: list[set[str]] = []
-    for operation, operand in coordinate.steps:
-        if operation in ("number", "input"):
-            stack.append({coordinate.names[int(operand)]} if operation == "input" else set())
-        elif operation in ANGULAR:
-            angles |= stack.pop()
-            stack.append(set())
-        elif operation == "atan2":
-            lengths |= stack.pop() | stack.pop()
-            stack.append(set())
-        elif operation != "negate" and FUNCTIONS.get(operation) != (1, 1):
-            stack.append(stack.pop() | stack.pop())
-    return lengths | stack.pop(), angles
+
+    def apply(operation: str, *values: set[str]) -> set[str]:
+        used = set().union(*values)
+        if operation in ANGULAR or operation == "atan2":
+            (angles if operation in ANGULAR else lengths).update(used)
+            return set()
+        return used
+
+    whole = run(coordinate.steps, lambda _: set(), lambda place: {coordinate.names[place]}, apply)
+    return lengths | whole, angles
