@@ -147,21 +147,12 @@ def _at_nodes(motion: Motion, lows: FloatArray, highs: FloatArray) -> tuple[Floa
     return values[:, :, 1:-1], values[:, :, [0, -1]]
 
 
-def halve(motion: Motion, panels: Panels) -> Panels:
-    """Sample all panels in halves.
-
-    The ends of the window move inwards by one rounding of an input angle, so that the change of a statistic includes
-    what that rounding does.
-    """
-    edges: FloatArray = np.sort(np.concatenate([panels.edges, 0.5 * (panels.edges[:-1] + panels.edges[1:])]))
-    rounding = np.spacing(360.0)
-    edges[0], edges[-1] = edges[0] + rounding, edges[-1] - rounding
-    return Panels(edges, *_at_nodes(motion, edges[:-1], edges[1:]))
-
-
 def measure(motion: Motion, panels: Panels) -> tuple[Statistics, Statistics]:
     """Statistics of the signals over a window, and bounds of their errors."""
-    halves = halve(motion, panels)
+    # The ends move inwards by a rounding of an input angle, so that changes include what that rounding does.
+    edges: FloatArray = np.sort(np.concatenate([panels.edges, 0.5 * (panels.edges[:-1] + panels.edges[1:])]))
+    edges[[0, -1]] += np.spacing(360.0) * np.array([1.0, -1.0])
+    halves = Panels(edges, *_at_nodes(motion, edges[:-1], edges[1:]))
     coarse, fine = _statistics(panels), _statistics(halves)
     # a few roundings of the samples
     rounding = dict.fromkeys(vars(fine), fine.rms)

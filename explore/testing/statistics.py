@@ -64,8 +64,8 @@ class _Dense:
         values, errors = self.values, self.errors
         rms, std = float(values.rms), float(np.sqrt(values.variance))
         # the variance below its error may be 0 or as large as both
-        least, most = np.sqrt([max(values.variance - errors.variance, 0.0), values.variance + errors.variance])
-        std_error = float(max(std - least, most - std))
+        variance, error = float(values.variance), float(errors.variance)
+        std_error = float(max(std - np.sqrt(max(variance - error, 0.0)), np.sqrt(variance + error) - std))
         match name:
             case "std":
                 return std, std_error, rms

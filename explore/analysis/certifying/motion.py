@@ -14,7 +14,7 @@ from explore.analysis.certifying.balls import UnprovedError, exact
 from explore.analysis.certifying.fluctuations import fluctuation
 from explore.analysis.certifying.means import arc_means, turn_means
 from explore.analysis.certifying.pieces import Piece, cut_pieces
-from explore.analysis.certifying.subdivision import extremes_by_subdivision, sign_changes
+from explore.analysis.certifying.subdivision import ExtremeSearch, sign_changes
 from explore.analysis.certifying.turning import Turning
 from explore.mechanisms.linkages.declared import table_of
 from explore.mechanisms.linkages.graph import Number
@@ -186,7 +186,7 @@ class Motion:
         constant = _constant(quantity.number, pieces[0].function)
         found = [constant] if constant else [
             (piece.value, piece.value) if piece.is_tiny else
-            extremes_by_subdivision(piece.function, signal.name, piece.start, piece.stop, is_turn=is_turn)
+            ExtremeSearch(piece.function, signal.name, piece.start, piece.stop, is_turn).extremes()
             for piece in pieces
         ]  # fmt: skip
         low, high = reduce(arb.min, (low for low, _ in found)), reduce(arb.max, (high for _, high in found))

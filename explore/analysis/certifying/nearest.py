@@ -17,7 +17,7 @@ from explore.analysis.certifying.arcs import full_turn
 from explore.analysis.certifying.ball_graph import Function
 from explore.analysis.certifying.ball_programs import TERMS, coefficients
 from explore.analysis.certifying.balls import UnprovedError
-from explore.analysis.certifying.subdivision import Expandable, least_between, over_cell
+from explore.analysis.certifying.subdivision import Expandable, ExtremeSearch, over_cell
 
 #: Name in sentences of what is searched for its least value.
 _NAME = "the distance from the target"
@@ -168,7 +168,7 @@ class Nearest:
 def least(squares: Expandable) -> arb:
     """The least sum over a turn."""
     turn = full_turn()
-    return least_between(squares, _NAME, turn.start, turn.stop, is_turn=True)
+    return -ExtremeSearch(squares, _NAME, turn.start, turn.stop, is_turn=True).largest(-1)
 
 
 def only_least(squares: Expandable, angle: arb) -> arb:
@@ -179,7 +179,7 @@ def only_least(squares: Expandable, angle: arb) -> arb:
         value, slope, *_ = squares.series(angle)[0]
         place = angle - slope / bend if bend > 0 else None
         if place is not None and place > angle - half and place < angle + half:
-            beyond = least_between(squares, _NAME, angle + half, angle + 2 * arb.pi() - half)
+            beyond = -ExtremeSearch(squares, _NAME, angle + half, angle + 2 * arb.pi() - half).largest(-1)
             if value < beyond:
                 return place
             break

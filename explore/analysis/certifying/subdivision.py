@@ -104,35 +104,26 @@ def _zero(function: Expandable, cell: Cell, slope: arb) -> arb:
     return place
 
 
-def extremes_by_subdivision(
-    function: Expandable, name: str, start: arb, stop: arb, *, is_turn: bool
-) -> tuple[arb, arb]:
-    """Smallest and largest value of the first function over an arc; over a turn, it is the same at both ends.
-
-    `UnprovedError` names the function where they are not decided.
-    """
-    search = _Search(function, name, start, stop, is_turn)
-    return -search.largest(-1), search.largest(1)
-
-
-def least_between(function: Expandable, name: str, start: arb, stop: arb, *, is_turn: bool = False) -> arb:
-    """Smallest value of the first function over an arc; see `extremes_by_subdivision`."""
-    return -_Search(function, name, start, stop, is_turn).largest(-1)
-
-
 @dataclass
-class _Search:
-    """The search for the largest value of a function times a sign; what is known of cells is kept."""
+class ExtremeSearch:
+    """The search for extremes of the first function over an arc; over a turn, it is the same at both ends.
+
+    `UnprovedError` names the function where they are not decided; what is known of cells is kept.
+    """
 
     function: Expandable
     name: str
     start: arb
     stop: arb
-    is_turn: bool
+    is_turn: bool = False
     known: dict[int, tuple[arb, arb, arb, arb]] = field(default_factory=dict)
 
-    def largest(self, sign: int) -> arb:
-        """The largest value.
+    def extremes(self) -> tuple[arb, arb]:
+        """The smallest and the largest value."""
+        return -self.largest(-1), self.largest()
+
+    def largest(self, sign: int = 1) -> arb:
+        """The largest value of the function times a sign.
 
         A cell in which the function is monotonic has its largest value at an end, which is one of another cell too or
         one of the arc.

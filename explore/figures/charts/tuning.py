@@ -47,7 +47,10 @@ def tuning_chart(tuning: Tuning) -> Figure:
             panel.axvline(tuning.own, color=MUTED, lw=1.0, ls=":")
         panel.set_ylabel(_label(name, units[name]))
         panel.grid(color=MUTED, alpha=0.25, lw=0.5)
-    _draw_bounds(panels[0], tuning)
+    for bound in filter(math.isfinite, tuning.bounds):
+        panels[0].axhline(bound, color=RED, lw=1.1, ls="-.")
+    for end in (end for interval in tuning.intervals for end in (interval.start, interval.stop)):
+        panels[0].plot(end.parameter, end.value, "o", color=GREEN, mec=INK, mew=0.8, ms=6, zorder=4)
     panels[-1].set_xlabel(_label(tuning.parameter, units[tuning.parameter]))
     others = ", ".join(f"{name} = {value:.6g}" for name, value in tuning.design.items())
     write_heading(figure, f"{tuning.metric} over {tuning.parameter}, {others}", 90)
@@ -66,15 +69,6 @@ def _set_limits(panel: Axes, tuning: Tuning, name: str) -> None:
         low, high = min([low, *ends, *finite]), max([high, *ends, *finite])
     margin = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
     panel.set_ylim(low - margin, high + margin)
-
-
-def _draw_bounds(panel: Axes, tuning: Tuning) -> None:
-    for bound in tuning.bounds:
-        if math.isfinite(bound):
-            panel.axhline(bound, color=RED, lw=1.1, ls="-.")
-    for interval in tuning.intervals:
-        for end in (interval.start, interval.stop):
-            panel.plot(end.parameter, end.value, "o", color=GREEN, mec=INK, mew=0.8, ms=6, zorder=4)
 
 
 def _label(name: str, unit: str) -> str:

@@ -78,7 +78,12 @@ class Journal:
 
     def append(self, meta: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> None:
         """Add a record of what JSON can hold and of one-dimensional arrays by name; return when it is durable."""
-        self._restore_removed()
+        try:
+            check_present(self.path, self._descriptor, "blocks")
+        except DisplacedError as error:
+            if not error.is_removed:
+                raise
+            self._restore()  # so that the next run finds it
         record = frame_record(encode_record(meta, arrays))
         offset = align_offset(self._end, self._alignment)
         try:
@@ -116,15 +121,6 @@ class Journal:
                 os.fsync(descriptor)
             finally:
                 os.close(descriptor)
-
-    def _restore_removed(self) -> None:
-        """Restore a journal that was removed, so that the next run finds it; `ResultsError` if it was moved."""
-        try:
-            check_present(self.path, self._descriptor, "blocks")
-        except DisplacedError as error:
-            if not error.is_removed:
-                raise
-            self._restore()
 
     def _restore(self) -> None:
         """Write the content of the open, removed file to a new one of its name, and go on with that."""

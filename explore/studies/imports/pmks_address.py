@@ -119,7 +119,12 @@ def _add_piston(
         )
     body, direction = FRAME, cmath.rect(1.0, slot.angle)
     if slot.slot:
-        body, direction = _moving_slot(joints, links, slot)
+        link, *ends = slot.slot
+        body, its_joints = links.get(link, ("", []))
+        places = [joints[end].place for end in ends if end in its_joints]
+        if len(places) != 2 or places[0] == places[1]:
+            raise RequestError(f"the slot {slot.name} of the address is damaged: two joints of a link have its line")
+        direction = places[1] - places[0]
     elif abs(math.remainder(slot.angle, math.pi / 2)) < _ROUNDING:
         direction = complex(round(direction.real), round(direction.imag))
     if not pin.flags & _WELDED:
@@ -128,18 +133,6 @@ def _add_piston(
     for name, points in list(drawn.links.items()):
         if pin.name in points and name not in (FRAME, body):
             drawn.slides[name] = (body, direction)
-
-
-def _moving_slot(
-    joints: dict[str, _Joint], links: dict[str, tuple[str, list[str]]], joint: _Joint
-) -> tuple[str, complex]:
-    """The link that has a slot, and the direction of its line, which two joints of the link tell."""
-    link, *ends = joint.slot
-    name, ids = links.get(link, ("", []))
-    places = [joints[end].place for end in ends if end in ids]
-    if len(places) != 2 or places[0] == places[1]:
-        raise RequestError(f"the slot {joint.name} of the address is damaged: two joints of a link have its line")
-    return name, places[1] - places[0]
 
 
 def _driver(joints: dict[str, _Joint], links: dict[str, tuple[str, list[str]]]) -> str:

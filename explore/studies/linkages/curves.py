@@ -77,7 +77,13 @@ class CurveReader:
         of_angle = over == CRANK_ANGLE or (over in (FROM_LEAST, TO_GREATEST) and self._output in structure.bodies)
         points = self._points(given, key, "deg" if of_angle else "mm")
         if over == CRANK_ANGLE and "over" in given and self._turns and points:
-            self._check_turn(points, key)
+            (first, start), (last, stop) = points[0], points[-1]
+            if last - first != _TURN:
+                reason = f"the crank turns fully, and the points span {last - first:g} deg; write them for 360 deg"
+                self._problems.append((key, reason))
+            elif start != stop:
+                reason = f"{first:g} and {last:g} deg are the same angle, with the values {start:g} and {stop:g}"
+                self._problems.append((key, reason))
         self.lowest[name] = min((y for _, y in points), default=0.0)
         return Curve(name, over, points, shape == _SHAPES[1])
 
@@ -124,16 +130,6 @@ class CurveReader:
         if self._folder is None:
             raise RequestError("no file is read here; write its rows as points")
         return read_target_file(self._folder, file, (FileColumn("place", unit), FileColumn("value", "1")))
-
-    def _check_turn(self, points: Sequence[tuple[float, float]], key: KeyPath) -> None:
-        """Note crank angles that are no whole turn, at whose ends the values are the same."""
-        (first, start), (last, stop) = points[0], points[-1]
-        if last - first != _TURN:
-            reason = f"the crank turns fully, and the points span {last - first:g} deg; write them for 360 deg"
-            self._problems.append((key, reason))
-        elif start != stop:
-            reason = f"{first:g} and {last:g} deg are the same angle, with the values {start:g} and {stop:g}"
-            self._problems.append((key, reason))
 
 
 def _from_list(entry: object, unit: str) -> list[list[float]]:

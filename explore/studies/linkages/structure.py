@@ -84,7 +84,13 @@ def read_structure(section: Mapping[str, Any], problems: Problems) -> Structure:
     structure.slides += [_slide(structure, name, entry) for name, entry in parts["slides"].items()]
     if "travel" in section:
         structure.travel = read_pair(section["travel"], (SECTION, "travel"), problems, "[first, last]")
-    _check_names(structure, parts)
+    taken = dict.fromkeys(structure.points, "a point")
+    for kind, word in (("links", "a link"), ("slots", "a slot")):
+        for name in parts[kind]:
+            reason = f"this is also the name of {taken[name]}; choose another" if name in taken else ""
+            if reason := reason_against(name) or reason:
+                problems.append(((SECTION, kind, name), reason))
+            taken.setdefault(name, word)
     return structure
 
 
@@ -95,17 +101,6 @@ def _body(name: str, entries: Mapping[str, Any], key: KeyPath, problems: Problem
             problems.append(((*key, point), reason))
         points.append((point, read_place(entry, (*key, point), problems)))
     return Body(name, tuple(points))
-
-
-def _check_names(structure: Structure, parts: Mapping[str, Mapping[str, Any]]) -> None:
-    """Note names of links and slots that cannot be, or that something else has."""
-    taken = dict.fromkeys(structure.points, "a point")
-    for kind, word in (("links", "a link"), ("slots", "a slot")):
-        for name in parts[kind]:
-            reason = f"this is also the name of {taken[name]}; choose another" if name in taken else ""
-            if reason := reason_against(name) or reason:
-                structure.problems.append(((SECTION, kind, name), reason))
-            taken.setdefault(name, word)
 
 
 def _slot(structure: Structure, name: str, entry: object) -> Slot:
