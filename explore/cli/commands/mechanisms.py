@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import chain, pairwise
 from typing import TYPE_CHECKING, Annotated
 
@@ -86,7 +86,8 @@ def _print_mechanism(mechanism: Mechanism, *, as_json: bool) -> None:
     if mechanism.statuses:
         rows = [[status.label, status.sentence] for status in mechanism.statuses.values()]
         print_table("statuses of designs without a motion or without strokes", [("status", ""), ("meaning", "")], rows)
-    _print_notes(mechanism)
+    for note in _notes(mechanism):
+        say(note, data=True)
 
 
 def _print_quantities(title: str, heading: str, quantities: Sequence[Signal | Metric | Formula]) -> None:
@@ -100,52 +101,35 @@ def _window_note(quantity: Signal | Metric | Formula) -> str:
     return f" (window {', '.join(windows)})" if windows else ""
 
 
-def _print_notes(mechanism: Mechanism) -> None:
-    """Print how sampled metrics are named, and the strokes and objectives of the mechanism."""
+def _notes(mechanism: Mechanism) -> Iterator[str]:
+    """How sampled metrics are named, and the points, targets, drives and objectives of the mechanism."""
+    from explore.model.points import COORDINATES, MOST_POINTS, point_signals
     from explore.model.quantities import MAGNITUDE_STATISTICS, STATISTICS
     from explore.model.targets import TARGETS
 
-    say(
-        "statistics of signals: SIGNAL_STATISTIC over the window of the study, SIGNAL_STATISTIC_WINDOW over another",
-        data=True,
-    )
-    say(f"STATISTIC is {', '.join(STATISTICS)}", data=True)
-    say("min and max have the sign of the signal, peak is its largest magnitude", data=True)
+    yield "statistics of signals: SIGNAL_STATISTIC over the window of the study, SIGNAL_STATISTIC_WINDOW over another"
+    yield f"STATISTIC is {', '.join(STATISTICS)}"
+    yield "min and max have the sign of the signal, peak is its largest magnitude"
     statistics = {f"{signal.name}_{statistic}" for signal in mechanism.signals for statistic in signal.statistics}
     for name in (metric.name for metric in mechanism.metrics if metric.name in statistics):
-        say(
-            f"{name} is a closed-form metric of the full turn; over a window it is, for example, "
-            f"{name}_{mechanism.default_window}",
-            data=True,
-        )
+        over_a_window = f"over a window it is, for example, {name}_{mechanism.default_window}"
+        yield f"{name} is a closed-form metric of the full turn; {over_a_window}"
     if any(signal.is_magnitude for signal in mechanism.signals):
-        say(f"of a magnitude, statistics are {', '.join(MAGNITUDE_STATISTICS)}", data=True)
-    say(f"mean, variance and cv alone are those of the output, {mechanism.output_signals['']}", data=True)
-    if mechanism.floating_link:
-        _print_points(mechanism.floating_link)
+        yield f"of a magnitude, statistics are {', '.join(MAGNITUDE_STATISTICS)}"
+    yield f"mean, variance and cv alone are those of the output, {mechanism.output_signals['']}"
+    if link := mechanism.floating_link:
+        given = "[points] NAME = { along = 120, across = 40 } in a study, mm"
+        where = f"along the {link.name} from {link.pin} and across it counter-clockwise"
+        yield f"points of the {link.name}, up to {MOST_POINTS}: {given} {where}"
+        parameters = ", ".join(f"NAME_{coordinate}" for coordinate in COORDINATES)
+        signals = ", ".join(s.name.replace("knife", "NAME") for s in point_signals(link, ("knife",)))
+        yield f"the parameters of a point are {parameters}, its signals {signals}"
     for kind, metrics in _target_metrics(mechanism).items():
-        say(
-            f'{TARGETS[kind].doer} can have a target, [target] kind = "{kind}" in a study; its metrics are '
-            f"{', '.join(metric.name for metric in metrics)}",
-            data=True,
-        )
+        names = ", ".join(metric.name for metric in metrics)
+        yield f'{TARGETS[kind].doer} can have a target, [target] kind = "{kind}" in a study; its metrics are {names}'
     if mechanism.drives:
-        say(f"drive is one of {', '.join(mechanism.drives)}", data=True)
-    say(f"default objectives are {', '.join(mechanism.objectives)}", data=True)
-
-
-def _print_points(link: FloatingLink) -> None:
-    """Print what points of the floating link are, and their signals."""
-    from explore.model.points import COORDINATES, MOST_POINTS, point_signals
-
-    say(
-        f"points of the {link.name}, up to {MOST_POINTS}: [points] NAME = {{ along = 120, across = 40 }} in a study, "
-        f"mm along the {link.name} from {link.pin} and across it counter-clockwise",
-        data=True,
-    )
-    parameters = ", ".join(f"NAME_{coordinate}" for coordinate in COORDINATES)
-    signals = ", ".join(s.name.replace("knife", "NAME") for s in point_signals(link, ("knife",)))
-    say(f"the parameters of a point are {parameters}, its signals {signals}", data=True)
+        yield f"drive is one of {', '.join(mechanism.drives)}"
+    yield f"default objectives are {', '.join(mechanism.objectives)}"
 
 
 def _target_metrics(mechanism: Mechanism) -> dict[str, tuple[Formula, ...]]:
