@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from mutants.drawing import draw_mistakes
+from mutants.drawing import _NearestTests, draw_mistakes
 from mutants.mistakes import ROOT, Mistake, problems_of, read_mistakes
 from mutants.run import (
     REQUIRED_BY_HAND,
@@ -84,12 +84,13 @@ def test_drawn_mistakes_follow_from_the_seed_and_leave_types_alone(tree):
     assert {"x or 2 * x", "x and 2 / x"} <= {mistake.replacement.partition("return ")[2].strip() for mistake in drawn}
 
 
-def test_the_nearest_tests_are_those_that_import_a_module_or_are_named_after_it():
-    pytest.importorskip("cosmic_ray")
-    (mistake,) = draw_mistakes(1, 1, ROOT, "gears/sine_law.py")
+def test_the_nearest_tests_are_those_that_import_a_module_or_are_named_after_it_or_run_it():
+    nearest = _NearestTests(ROOT)
+    of_gears = nearest.of("explore/mechanisms/gears/sine_law.py")
 
-    assert all((ROOT / test).is_file() for test in mistake.tests)
-    assert any("gears" in test for test in mistake.tests)
+    assert all((ROOT / test).is_file() for test in of_gears)
+    assert any("gears" in test for test in of_gears)
+    assert "tests/test_cli_comparisons.py" in nearest.of("explore/cli/commands/stability.py")
 
 
 def test_tests_without_end_are_stopped(tree):

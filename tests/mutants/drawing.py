@@ -111,16 +111,18 @@ def _is_python(source: str) -> bool:
 class _NearestTests:
     """The test files nearest to a module: by the steps of imports between them, less what words their names share.
 
-    A shared word counts the more the fewer test files have it in their names.
+    A shared word counts the more the fewer test files have it in their names. A test that has the name of a command in
+    quotation marks runs the module of the command.
     """
 
     def __init__(self, root: Path) -> None:
         self._imports = read_imports(root)
-        names = _public_names(root)
+        names = {f"explore.{name}": module for name, module in _public_names(root).items()}
+        names |= {f'"{Path(file).stem}"': file for file in self._imports if file.startswith("explore/cli/commands/")}
         self._tests = {}
         for path in sorted((root / "tests").rglob("test_*.py")):
             text = path.read_text(encoding="utf-8")
-            used = {module for name, module in names.items() if f"explore.{name}" in text}
+            used = {module for name, module in names.items() if name in text}
             if not _SLOW.intersection(path.parts):
                 self._tests[str(path.relative_to(root))] = imports_of_file(path, root) & self._imports.keys() | used
         self._counts = Counter(word for test in self._tests for word in _words(test))
