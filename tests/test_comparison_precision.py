@@ -1,11 +1,14 @@
 """Rows of the precision tables, including those of failures, and their summaries."""
 
 import math
+import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from loop_cases import rockers
 
+from explore.cli.commands import precision
 from explore.comparison import timing
 from explore.comparison.method_precision import (
     ROUNDING_ERROR,
@@ -102,9 +105,9 @@ def test_level_costs():
     assert row["full_cost_ratio"] == pytest.approx(row["accelerations"] / row["geometry"])
 
 
-def row(method, seconds, error, failed=0):
+def row(method, seconds, error, failed=0, silently_wrong=0):
     return {"method": method, "setting": f"{method}({seconds})", "cpu_seconds": seconds, "failed": failed,
-            "velocity_error_max": error}  # fmt: skip
+            "velocity_error_max": error, "silently_wrong": silently_wrong}  # fmt: skip
 
 
 def test_fastest_settings_of_constructed_rows():
@@ -124,6 +127,33 @@ def test_standing_of_constructed_rows():
     slower = closed_form_standing([closed_form, row("a", 1.0, 1e-14)])
     assert slower.cheaper_settings == ("a(1.0)",)
     assert closed_form_standing([closed_form]).next_cost_ratio == math.inf
+
+
+def test_the_command_prints_constructed_rows(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "150")
+    still = [row(name, seconds, math.nan, failed=1) for name, seconds in (("closed-form", 1.0), ("a", 2.0))]
+    of_scenes = {
+        "still": still,
+        "first": [row("closed-form", 3e-9, 0.0), row("a", 2.5e-6, 1e-4, silently_wrong=2), row("b", 0.04, 1e-14)],
+        "slow": [row("closed-form", 2.0, 1e-15), row("a", 0.5, 1e-13), row("b", 1e-3, 1e-5)],
+    }
+    motions = [each | {"scene": name} for name, rows in of_scenes.items() for each in rows]
+    times = {"geometry": 1e-9, "positions": 0.999e-6, "velocities": 0.996, "accelerations": 1.0}
+    scenes = [SimpleNamespace(name=name) for name in of_scenes]
+    precision._print_standings(scenes, motions)
+    precision._print_fastest(scenes, motions)
+    precision._print_levels([times | {"scene": "first", "needs": "velocities", "full_cost_ratio": 2.0}])
+    lines = [re.split(r"  +", line.strip()) for line in capsys.readouterr().out.splitlines()]
+    assert [cells for cells in lines if cells[0] in {*of_scenes, "1e-06 to 1e-12"}] == [
+        ["still", "–", "–", "no motion exists", "0 of 2"],
+        ["first", "3 ns", "0", "×1.33e+07", "1 of 3"],
+        ["slow", "2 s", "1e-15", "faster: a(0.5)", "0 of 3"],
+        ["first", "1e-03", "closed-form", "3 ns", "a ×833"],
+        ["1e-06 to 1e-12", "closed-form", "3 ns", "b ×13333300"],
+        ["slow", "1e-03", "b", "1 ms", "a ×500"],
+        ["1e-06 to 1e-12", "a", "500 ms", "closed-form ×4"],
+        ["first", "velocities", "1 ns", "999 ns", "996 ms", "1 s", "×2"],
+    ]
 
 
 def test_the_first_run_is_not_timed():

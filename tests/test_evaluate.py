@@ -177,6 +177,34 @@ def test_a_tolerance_below_the_rounding_error_is_reported():
     assert not frame["feasible"][0]
 
 
+def test_ends_of_strokes_that_are_solved_for_have_their_errors():
+    """They count in the status and in formulas; the time ratio of a quick return is known."""
+    links = {"crank": {"O": 0, "A": "r"}, "lever": {"Q": 0}}
+    slots = {"slot": {"pin": "A", "link": "lever", "along": ["Q", [1, 0]]}}
+    frame = {"O": [0, 0], "Q": [0, "-h"]}
+    quick_return = explore.Linkage(
+        {"driver": "crank", "output": "lever", "frame": frame, "links": links, "slots": slots}
+    )
+    cranks, power = [0.99, 0.9999], 8
+    designs = {"h": 1.0, "r": cranks}
+    ratios = explore.evaluate(quick_return, designs, metrics=["time_ratio"], tolerance=1e-13)
+    with mpmath.workdps(30):
+        for row, crank in zip(ratios.itertuples(), cranks, strict=True):
+            half = mpmath.pi / 2 + mpmath.asin(crank)
+            wanted = half / (mpmath.pi - half)
+            assert abs(row.time_ratio - wanted) / wanted <= row.error <= 1e-12
+    assert ratios["error"].iloc[0] <= 1e-13 < ratios["error"].iloc[1]
+    assert list(ratios["status"]) == [Status.OK, Status.TOLERANCE_NOT_MET]
+
+    cv = "lever_velocity_cv_forward"
+    formulas = {"plain": {"formula": cv, "unit": "1"}, "power": {"formula": f"{cv}**{power}", "unit": "1"}}
+    plain, raised = (
+        explore.evaluate(quick_return, designs, metrics=[cv], formulas={k: formula})["error"]
+        for k, formula in formulas.items()
+    )
+    assert (raised >= 0.99 * power * plain).all()  # the bounds of samples alone are 7 % smaller
+
+
 def test_a_double_crank_is_defined_over_the_cycle_only():
     lengths = {"crank": 500, "coupler": 700, "rocker": 600, "ground": 100}
     cycle = explore.evaluate(

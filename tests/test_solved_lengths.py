@@ -472,6 +472,7 @@ def test_between_bounds_up_to_the_border_of_the_motion(share):
         (lambda x: np.minimum((x - 2.1) ** 2 + 0.01, (x - 6.1) ** 2 - 0.01), 6.0),  # two dips
         (lambda x: np.where(x < 4.0, np.nan, 7.7 - x), 7.7),
         (lambda x: np.where(x < 4.0, 1.0, -1.0), np.nan),
+        (lambda x: np.abs(x - 4.25), 4.25),  # it touches 0 between two lengths with the same difference
     ],
 )
 def test_the_next_candidate_is_tried_where_one_is_no_root(function, root):
