@@ -26,6 +26,7 @@ import explore
 from explore.base.json_text import json_text
 from explore.cli.application import app
 from explore.cli.commands import sweep
+from explore.cli.output import count_of, is_or_are, number, printable, shown_unit
 from explore.running.timing import seconds_per_design
 
 SMALL = crank_rockers([100, 150, 200], speed=[4.2735, 5.9829])
@@ -510,6 +511,16 @@ def test_durations_and_sizes_have_suitable_units():
     assert {seconds: sweep._duration(seconds) for seconds in durations} == durations
     sizes = {2_500_000: "2.5 MB", 1_200_000_000: "1.2 GB", 3.4e12: "3.4 TB"}
     assert {count: sweep._bytes(count) for count in sizes} == sizes
+
+
+def test_values_as_tables_show_them():
+    values = (True, False, math.nan, 0.123456789, 2e-17, 1234567, np.float64(2.0), "ok")
+    assert [*map(number, values)] == ["yes", "no", "–", "0.123457", "2e-17", "1,234,567", "2", "ok"]
+    assert number(0.123456789, digits=3) == "0.123"
+    assert [count_of(n, "block") for n in (0, 1, 2000)] == ["0 blocks", "1 block", "2,000 blocks"]
+    assert [is_or_are(n) for n in (0, 1, 2)] == ["are", "is", "are"]
+    assert [shown_unit(unit) for unit in ("1", "mm")] == ["", "mm"]
+    assert printable("a\tb\x1b[31m\nc") == "a?b?[31m\nc"
 
 
 def test_json_has_null_for_what_is_no_number():

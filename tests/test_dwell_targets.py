@@ -1,5 +1,6 @@
 """Dwells as targets: how far the output moves while the crank turns by an angle, or how long it rests."""
 
+import math
 import tomllib
 from pathlib import Path
 
@@ -11,6 +12,9 @@ from scipy.optimize import minimize_scalar
 from target_studies import study_of
 
 import explore
+from explore.base.compiling import as_argument, compiled
+from explore.mechanisms.targets.dwell_errors.measuring import N_MEASURES, VALUE, measure_dwells
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIGNATURE
 from explore.studies.request.names import find_mechanism
 
 TABLES = Path(explore.__file__).parent / "data" / "linkages"
@@ -220,6 +224,22 @@ def test_a_crank_that_does_not_turn_has_no_dwell():
     value, start, status = measure(table, {"r1": 90, "r2": 100, "r3": 80, "r4": 110}, angle_of(60.0))
     assert np.isnan([value[0], start[0]]).all()
     assert status[0] != 1
+
+
+@compiled(CURVE_SIGNATURE)
+def cosine_up_to(shape, cosine, sine, out):
+    """An output at the cosine of the input's angle, which is not defined where that is above a number."""
+    out[:4] = cosine if cosine <= shape[0] else math.nan, 0.0, -sine, -cosine
+
+
+def test_an_output_that_is_not_defined_at_an_angle_has_no_dwell():
+    designs, angle = np.array([[1.0], [0.999], [-0.5], [math.nan]]), math.radians(50.0)
+    value = 1.0 - math.cos(0.5 * angle)
+    for asked, most, wanted in ((angle, 0.0, value), (0.0, value, angle)):
+        measures = np.zeros((len(designs), N_MEASURES))
+        measure_dwells(as_argument(cosine_up_to, CURVE_SIGNATURE), designs, False, asked, most, measures)
+        assert measures[0, VALUE] == pytest.approx(wanted, rel=1e-9)
+        assert np.isnan(measures[1:]).all()
 
 
 def test_a_table_has_the_dwells_of_the_mechanism():

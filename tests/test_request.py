@@ -153,6 +153,17 @@ def test_interval_in_degrees():
     assert (window.start, window.stop) == (30, 380)
 
 
+def test_only_statistics_over_the_interval_do_without_a_turn():
+    dwell, mean, window = {"kind": "dwell", "angle": 60.0}, "rocker_velocity_mean", {"from": 30, "to": 120}
+    request = make_request(MECHANISM, metrics=[mean, "transmission_angle_min"], window=window)
+    assert request.interval == request.window
+    assert make_request(MECHANISM, metrics=[mean, f"{mean}_cycle"], window=window).interval is None
+    assert make_request(MECHANISM, metrics=[mean], window="cycle").interval is None
+    with_dwell = find_mechanism("crank-rocker", (), dwell)
+    assert make_request(with_dwell, metrics=[mean], window=window).interval is not None
+    assert make_request(with_dwell, metrics=[mean, "dwell_error"], window=window).interval is None
+
+
 def test_an_interval_of_a_full_turn_is_the_cycle():
     assert make_request(MECHANISM, window={"from": 30, "to": 390}).window == WINDOWS["cycle"]
 
