@@ -79,6 +79,7 @@ def test_every_verdict_is_drawn_in_the_map(verdict, tmp_path):
     (legend,) = figure.legends
     assert [text.get_text().startswith(verdict.label) for text in legend.get_texts()] == [True]
     assert [len(chart.patches) for chart in figure.axes] == [4, 8]
+    assert [[bar.get_xdata()[0] for bar in chart.lines] for chart in figure.axes] == [[2], [2]]  # after margins above 0
     texts = {text.get_text() for chart in figure.axes for text in chart.texts}
     assert texts == {VERDICTS[verdict.label][1] or "9"}
     save_figure(figure, tmp_path / "map.png")

@@ -271,6 +271,21 @@ def test_the_size_is_that_of_all_places_of_all_points():
     assert row["footprint"] == pytest.approx(row["envelope_width"] * row["envelope_height"], rel=1e-12)
 
 
+def test_a_wide_swing_that_starts_anywhere_in_its_range_is_one_range():
+    """A lever that a crank swings by a slot, with its pivot in any direction from that of the crank."""
+    crank, lever = {"O": 0, "A": "r"}, {"Q": 0}
+    slot = {"pin": "A", "link": "lever", "along": ["Q", [1, 0]]}
+    section = {"driver": "crank", "frame": {"O": [0, 0], "Q": ["x", "y"]}, "links": {"crank": crank, "lever": lever}}
+    directions, half = np.arange(0, 360, 30), math.degrees(math.asin(0.98))
+    designs = {"x": np.cos(np.radians(directions)), "y": np.sin(np.radians(directions)), "r": 0.98}
+    ends = ["lever_angle_min_cycle", "lever_angle_max_cycle"]
+    table = explore.evaluate(Linkage(section | {"slots": {"slot": slot}, "output": "lever"}), designs, metrics=ends)
+    for end, side in zip(ends, (-half, half), strict=True):
+        turned = table[end] - (directions + 180.0 + side)
+        np.testing.assert_allclose(turned, 360.0 * np.round(turned / 360.0), atol=1e-9)
+    np.testing.assert_allclose(table[ends[1]] - table[ends[0]], 2.0 * half, rtol=1e-11)
+
+
 def test_reversals_between_two_nodes_are_counted():
     """A pin that passes near the pivot of the lever turns it, and the ram four times, within less than a cell."""
     rng, count = np.random.default_rng(1), 60

@@ -24,7 +24,7 @@ from explore.synthesis.paths.numbers import (
 )
 from explore.synthesis.paths.ordering import order_angles
 from explore.synthesis.paths.problems import ORDERED, Task
-from explore.synthesis.paths.search import PathTask, find_paths, linkage_of
+from explore.synthesis.paths.search import PathTask, find_paths, linkage_of, numbers_of_boxes, placed_starts
 from explore.synthesis.pooling import pool
 
 PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text(encoding="utf-8"))
@@ -319,6 +319,14 @@ def test_a_linkage_laid_over_its_own_closed_curve_is_at_its_points(is_mirrored, 
         assert starts.senses[0] == (-1 if is_mirrored != is_reversed else 1)
         off = np.abs(found.points(starts.angles[0] + starts.frames[0]) - points)
         assert off.max() < 0.05 * np.abs(points - points.mean()).max()
+
+
+def test_starts_between_bounds_of_pivots_turn_as_their_angles_do():
+    held, other = numbers_of_boxes({"x": (-2.0, 4.0)}, {"y": (0.0, 5.0)})
+    points = LINKAGE.points(np.linspace(0.4, 3.0, 9))
+    starts = placed_starts(PathTask(points, False, span_min=1.5, held=held, other_pivot=other))
+    assert set(starts.senses) == {-1.0, 1.0}
+    np.testing.assert_array_equal(starts.senses, np.sign(starts.angles[:, -1] - starts.angles[:, 0]))
 
 
 def test_an_open_path_is_laid_over_once_for_all_bounds(monkeypatch):
