@@ -2,6 +2,7 @@
 
 import io
 import json
+import math
 import random
 
 import h5py
@@ -17,6 +18,7 @@ from explore.results.store.all_designs_writer import AllDesignsWriter
 from explore.results.store.creation import create_results_file
 from explore.results.store.memory_file import MemoryFile
 from explore.results.store.open_results import open_results
+from explore.results.store.study_record import _FORMS
 
 
 def test_layout_is_what_other_programs_need(finished):
@@ -248,3 +250,37 @@ def test_results_and_studies_show_themselves_in_words(tmp_path):
     assert words["feasible"].dtype == bool
     with pytest.raises(explore.RequestError, match="has no attrs"):
         explore.in_words(pd.DataFrame({"status": [1]}))
+
+
+WINDOW = {"from": 0, "to": 90.0}
+STUDY = {
+    "constraints": {"cv": {"min": None, "max": 1.5}}, "evaluate": {"drive": "crank", "window": WINDOW}, "points": ["M"],
+}  # fmt: skip
+#: What attributes of a file hold, and what they do not.
+FORMS = {
+    "objectives": (["cv"], [["cv", 1], {"cv": "min"}, "cv", 1]),
+    "senses": ({"cv": "min", "mean": None}, [{"cv": "least"}, ["min"]]),
+    "speed_powers": ({"cv": 0, "mean": 1.0, "error": None}, [{"cv": "1"}, {"cv": True}, [1]]),
+    "status_sentences": ({"1": "ok"}, [{"1": 1}, ["ok"]]),
+    "label_sentences": ({"1": "ok"}, [{"1": 1}, ["ok"]]),
+    "studied_counts": ({"ok": 1}, [{"ok": 1.0}, {"ok": True}, [1]]),
+    "tally": ({"ok": 1, "missed": [1], "of": {}}, [{"ok": "x"}, {"ok": None}, [1]]),
+    "determines": (
+        STUDY,
+        [
+            [STUDY],
+            *(STUDY | {"constraints": {"cv": sides}} for sides in ([1, 2], {"min": 1}, {"min": "1", "max": None})),
+            *(STUDY | {"constraints": {"cv": {"min": math.inf, "max": end}}} for end in (None, 10**400, True)),
+            *(STUDY | {"evaluate": evaluate} for evaluate in ([], {"drive": 1}, {"window": 1}, {"window": ["cycle"]})),
+            *(STUDY | {"evaluate": {"window": WINDOW | end}} for end in ({"to": -1}, {"to": True}, {"too": 1})),
+            STUDY | {"points": "M"}, STUDY | {"points": [1]},
+        ],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", _FORMS)
+def test_attributes_of_another_form_are_told(name):
+    good, others = FORMS[name]
+    assert _FORMS[name](good)
+    assert [other for other in others if _FORMS[name](other)] == []
