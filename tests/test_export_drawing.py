@@ -13,6 +13,7 @@ import explore
 from explore.figures.exporting.chosen import DesignOfParameters
 from explore.figures.exporting.dimensions import dimensions
 from explore.figures.exporting.dxf import _add, write_dxf
+from explore.figures.exporting.movement import move
 from explore.figures.exporting.shapes import Arc, Distance, Text
 from explore.figures.exporting.sheet import draw_sheet
 from explore.figures.exporting.svg import document as svg_document
@@ -328,3 +329,18 @@ def test_the_distance_of_each_two_pivots_has_the_name_of_the_length_between_them
     shown = [shape for shape in dimensions(simulated, third, places, 2.5) if isinstance(shape, Distance)]
     level = [(shape.name, shape.value) for shape in shown if shape.start[1] == shape.stop[1] == 0.0]
     assert level == [("ground", 180.0), ("coupler", 170.0)]
+
+
+def test_a_movement_fills_its_bounds():
+    """The pitch curves of gears in all their positions, as complex numbers, with a margin of a line of text."""
+    moved = move(DesignOfParameters.read("gears", DESIGNS["gears"], {}).simulated, np.arange(0.0, 360.0, 0.5))
+    turned = []
+    for body in moved.bodies:
+        x, y = body.curve.points().T
+        centres = body.centre[:, :1] + 1j * body.centre[:, 1:]
+        turned.append((centres + np.exp(1j * np.radians(body.angle))[:, None] * (x + 1j * y)).ravel())
+    places = np.concatenate(turned)
+    (left, low), (right, high) = moved.bounds
+    found = [places.real.min(), places.imag.min(), places.real.max(), places.imag.max()]
+    wanted = [left + moved.height, low + moved.height, right - moved.height, high - moved.height]
+    assert found == pytest.approx(wanted, abs=1e-3)  # positions are half a degree apart, points of curves less
