@@ -1,6 +1,7 @@
 """Evaluation: statuses, screening, shared evaluations, independence of the blocks and the order of designs."""
 
 from fractions import Fraction
+from itertools import permutations
 
 import mpmath
 import numpy as np
@@ -517,6 +518,35 @@ def test_the_grashof_margin_is_the_exact_sum_rounded_once():
              for a, d, b, c in zip(crank, coupler, rocker, ground, strict=True)]  # fmt: skip
 
     assert margins.tolist() == exact
+
+
+def class_of(crank, coupler, rocker, ground):
+    """The class of a linkage of whole lengths by which links turn fully: those that pass both lines of their bases."""
+    longest = max(crank, coupler, rocker, ground)
+    total, sums = crank + coupler + rocker + ground, (crank + coupler, crank + rocker, crank + ground)
+    if 2 * longest >= total or total in [2 * each for each in sums]:
+        return "cannot_assemble" if 2 * longest >= total else "change_point"
+
+    def turns(link, base, first, second):
+        return base + link < first + second and abs(base - link) > abs(first - second)
+
+    rotating = turns(crank, ground, coupler, rocker), turns(rocker, ground, crank, coupler)
+    of_coupler = "double_rocker" if turns(coupler, crank, rocker, ground) else "non_grashof"
+    names = {(True, False): "crank_rocker", (False, True): "rocker_crank", (True, True): "double_crank"}
+    return names.get(rotating, of_coupler)
+
+
+def test_classes_are_those_of_the_links_that_turn_fully():
+    lengths = [
+        order for some in ((2, 5, 6, 8), (3, 5, 6, 9), (1, 2, 3, 7), (2, 4, 5, 7)) for order in permutations(some)
+    ]
+    designs = dict(zip(PUBLISHED, np.array(lengths, dtype=float).T, strict=True))
+    table = explore.evaluate("crank-rocker", designs, metrics=["linkage_class", "grashof_margin"])
+    labels = table.attrs["labels"]["linkage_class"]
+    found = [labels[code] for code in table["linkage_class"]]
+    assert found == [class_of(*each) for each in lengths]
+    assert len(set(found)) == 7
+    assert table["grashof_margin"].tolist() == [sum(each) - 2.0 * (min(each) + max(each)) for each in lengths]
 
 
 def test_the_mid_angle_of_the_mirrored_linkage_is_the_opposite():
