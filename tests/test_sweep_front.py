@@ -1,5 +1,7 @@
 """Sweeps that keep only the Pareto set: the same set as of a full sweep, the same bytes however they ran."""
 
+import hashlib
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -117,6 +119,12 @@ def test_a_study_without_aims_has_no_front(tmp_path):
     assert study.objectives == ()
     with pytest.raises(explore.RequestError, match="give objectives"):
         sweep(study, tmp_path / "a.h5")
+
+
+def test_a_digest_is_that_of_all_values_in_the_order_of_names():
+    arrays = {"rod": np.array([1.0, 2.0]), "crank": np.array([3, 4])}
+    together = arrays["crank"].tobytes() + arrays["rod"].tobytes()
+    assert collectors.digest_of(arrays) == hashlib.sha256(together).hexdigest()
 
 
 def test_ranking_a_front_says_what_it_cannot_know(study, tmp_path):
