@@ -18,7 +18,7 @@ import explore
 from explore.results.store.layout_reader import read_layout
 from explore.running import runs
 from explore.running.blocks import environment_of
-from explore.running.clusters import check_environment, local_cluster
+from explore.running.clusters import check_environment, local_cluster, remote_cluster
 from explore.studies.designs.spaces import BLOCK_SIZE
 
 CONSTRAINED = "[constraints]\ntransmission_angle_min = { min = 20 }\n"
@@ -211,6 +211,15 @@ def test_a_damaged_front_is_not_called_complete(study, tmp_path):
     with pytest.raises(explore.ResultsError, match="is damaged; use `restart=True`"):
         explore.sweep(study, path, keep="front")
     assert path.read_bytes() == content
+
+
+def test_an_address_that_dask_cannot_read_is_one_line():
+    reached = remote_cluster("tcp://[::1:9", "crank-rocker")
+    with (
+        pytest.raises(explore.ClusterError, match=r"no dask scheduler answers at tcp://\[::1:9: invalid addr"),
+        reached,
+    ):
+        pytest.fail("it was reached")
 
 
 @pytest.mark.parametrize("name", ["explore", "kernel", "numpy", "numba", "scipy"])
