@@ -344,3 +344,9 @@ def test_a_movement_fills_its_bounds():
     found = [places.real.min(), places.imag.min(), places.real.max(), places.imag.max()]
     wanted = [left + moved.height, low + moved.height, right - moved.height, high - moved.height]
     assert found == pytest.approx(wanted, abs=1e-3)  # positions are half a degree apart, points of curves less
+
+
+def test_the_text_of_a_distance_stands_on_its_line():
+    """Pages count y downwards."""
+    level = Distance("dimensions", np.zeros(2), np.array([100.0, 0.0]), 10.0, "a")
+    assert '<text x="50" y="-11"' in element(level, 2.5)  # on the line at 10, by 0.4 of the height of letters
