@@ -344,6 +344,14 @@ def test_functions_of_formulas_at_their_edges(name, numbers, value):
     assert found is None if value is None else found.contains(value)
 
 
+@pytest.mark.parametrize(("power", "verdict"), [("time_ratio", "open"), ("time_ratio / 2", "proved")])
+def test_a_power_that_may_be_whole_is_not_refuted(power, verdict):
+    """Both strokes take the same time: -3 to the power 1 is -3, to the power 1/2 undefined."""
+    formulas = {"own": {"formula": f"(0 - 3) ** ({power})", "unit": "1"}}
+    ((proof, _),) = slider_rows([(40.0, 150.0, 0.0)], ["own"], formulas=formulas)
+    assert proof.verdict == verdict, proof.reason
+
+
 def test_clutches_agree_with_the_program():
     """Which finds the crossing by another road; at one phase, at rest between strokes, and without rest."""
     metrics = [f"output_velocity_{name}" for name in ("mean", "variance", "cv", "min", "max")]

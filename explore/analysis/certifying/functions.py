@@ -36,7 +36,11 @@ def _power(a: arb, b: arb) -> arb | None:
         return a**exponent if exponent >= 0 or sure_sign(a) != 0 else None
     if sure_sign(a) > 0:
         return (b * a.log()).exp()
-    return arb(0) if a.is_zero() and sure_sign(b) > 0 else None
+    if a.is_zero():
+        return arb(0) if sure_sign(b) > 0 else None
+    if b.contains_integer():  # to which a negative number has a power
+        raise UndecidedError
+    return None
 
 
 def _root(a: arb) -> arb | None:
