@@ -58,14 +58,28 @@ class Motion:
 
     @cached_property
     def _turning(self) -> Turning:
-        window = self._request.interval or self._mechanism.whole_motion
+        """The signs over the whole motion."""
+        window = self._mechanism.whole_motion
         return Turning(self.graph, None if window.kind == "turn" else interval(window))
+
+    @cached_property
+    def _part_that_moves(self) -> Turning | None:
+        """The signs over the interval of the request, if all joints assemble at all of its angles."""
+        window = self._request.interval
+        part = Turning(self.graph, interval(window)) if window else None
+        return part if part and part.status == Status.OK else None
+
+    @cached_property
+    def _followed(self) -> Turning:
+        """Over the whole motion, or over the interval of a linkage that moves there alone."""
+        part = self._part_that_moves
+        return part if part and self._turning.status != Status.OK else self._turning
 
     @cached_property
     def status(self) -> int:
         """The status by signs of what is exact, or of balls."""
         if self.exact is None:
-            status = self._turning.status
+            status = int(Status.OK) if self._part_that_moves else self._turning.status
             lacks_strokes = status == Status.OK and self._request.needs_stroke and len(self._reversals) != 2
             return NO_STROKES if lacks_strokes else status
         own = self._mechanism.statuses.get(self.exact.status)
@@ -76,12 +90,9 @@ class Motion:
     def reaches(self) -> list[tuple[arb, arb]]:
         """Start and end of each interval of a turn at which all joints assemble, rad; `UnprovedError` if not known."""
         joints = {factor.joint for factor in self.graph.equations.factors}
-        turning, status = self._turning, self.status
-        if self.exact is None and self._request.interval:  # whether it moves there does not tell that of the turn
-            turning = Turning(self.graph, None)
-            status = turning.status
+        status = self.status if self.exact else self._turning.status  # not that over an interval
         if status in (CANNOT_ASSEMBLE, *map(blocked_at, range(len(joints)))):
-            return turning.reaches
+            return self._turning.reaches
         own = self._mechanism.statuses.get(status)
         if status == Status.OK or (own and own.lacks_strokes):
             return [(arb(0), 2 * arb.pi())]
@@ -147,7 +158,7 @@ class Motion:
         """Inputs that tell the turns of links apart."""
         inputs: dict[str, arb] = {}
         for link in quantity.links:
-            middle = arb(0 if self.exact else self._turning.middle_of(link))
+            middle = arb(0 if self.exact else self._followed.middle_of(link))
             parts = (middle, middle.cos(), middle.sin())
             inputs |= {f"{REFERENCE}{link}:{part}": value for part, value in enumerate(parts)}
         return inputs
