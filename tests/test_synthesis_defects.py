@@ -106,6 +106,19 @@ def test_random_linkages_pass_their_own_points():
     assert kinds == {"turn", "front", "back", "sides"}
 
 
+@pytest.mark.parametrize("point", [1.0, 0.0, 1e-12, 1e-4j])
+def test_a_point_that_the_curve_passes_twice_or_at_the_pin_of_the_crank(point):
+    """The pin of the rocker goes there and back along an arc; at the pin of the crank both branches draw a circle."""
+    linkage = FourBar(TURNING.crank_pivot, TURNING.rocker_pivot, 1.0, 3.5, 2.5, complex(point))
+    for start in np.arange(0.0, 6.0, 0.4):
+        angles = start + np.linspace(0, 5.5, 8)
+        passage = find_passage(linkage, linkage.points(angles))
+        assert passage.fate == PASSES
+        assert np.exp(1j * passage.angles) == pytest.approx(np.exp(1j * angles), abs=1e-6) or point == 1.0
+    assert find_passage(linkage, linkage.points(angles[[0, 2, 1, 3, 6, 4, 5, 7]])).fate == WRONG_ORDER
+    assert find_passage(linkage, linkage.points(angles) + 0.01).fate == MISSES
+
+
 @pytest.mark.parametrize("branch", [1, -1])
 def test_a_point_at_the_pivot_of_the_crank_is_passed(branch):
     """Where the arm of the point is as long as the crank, the point returns to the pivot: found by bisection."""

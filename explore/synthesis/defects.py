@@ -4,8 +4,10 @@ A solution of the equations passes through all points, but perhaps only after it
 way (another circuit), or past a dead point of its crank (another branch), or in another order.
 """
 
+import itertools
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +34,8 @@ SENTENCES = {
 }
 #: Largest distance of a point that is passed, over the largest link.
 _NEAR = 1e-6
+#: Arm of the coupler point over the coupler below which the point does not tell where the rocker's pin is.
+_SHORT = 1e-3
 
 
 @dataclass(frozen=True)
@@ -47,13 +51,14 @@ class Passage:
 
 @dataclass(frozen=True)
 class _Position:
-    """A position with the coupler point at a point: angle of the crank from the frame, branch, and number of the
-    circuit.
+    """A position with the coupler point at a point: angle of the crank from the frame, branch, number of the circuit,
+    and by how much the links miss it.
     """
 
     angle: float
     branch: int
     circuit: int
+    missed: float
 
 
 def find_passage(linkage: FourBar, points: ComplexArray) -> Passage:
@@ -73,20 +78,34 @@ def find_passage(linkage: FourBar, points: ComplexArray) -> Passage:
         if not branches:
             passages.append(Passage(OTHER_BRANCH, np.array([each[0].angle + frame for each in own])))
         for branch in sorted(branches):
-            angles = np.array([next(p.angle for p in each if p.branch == branch) for each in own])
-            passages.append(_ordered(angles + frame, is_turning=_ranges(linkage)[0] == "turn"))
+            choices = [[p.angle + frame for p in each if p.branch == branch] for each in own]
+            passages.append(_ordered(choices, is_turning=_ranges(linkage)[0] == "turn"))
     return min(passages, key=lambda passage: list(SENTENCES).index(passage.fate))
 
 
-def _ordered(angles: FloatArray, *, is_turning: bool) -> Passage:
-    """The passage with these angles: in order if they go one way, within a turn for a crank that turns."""
-    for sense in (1.0, -1.0):
-        steps = np.diff(sense * angles)
+def _ordered(choices: Sequence[Sequence[float]], *, is_turning: bool) -> Passage:
+    """The passage with one of the angles at each point: in order if they go one way, within a turn for a crank that
+    turns. A point where the curve meets itself, or returns on itself, has several; the first are the most exact.
+    """
+    exact = [each[:1] for each in choices]
+    for given, sense in itertools.product((exact, choices), (1.0, -1.0)):
+        for first in given[0]:
+            angles = _advanced(first, given[1:], sense, is_turning=is_turning)
+            if angles is not None:
+                return Passage(PASSES, angles)
+    return Passage(WRONG_ORDER, np.array([each[0] for each in choices]))
+
+
+def _advanced(first: float, others: Sequence[Sequence[float]], sense: float, *, is_turning: bool) -> FloatArray | None:
+    """Angles that advance from the first by the least steps in a sense, less than a turn in all; None for none."""
+    angles = [first]
+    for choices in others:
+        steps = [sense * (angle - angles[-1]) for angle in choices]
         if is_turning:
-            steps = steps % (2.0 * math.pi)
-        if (steps > 0.0).all() and steps.sum() < 2.0 * math.pi:
-            return Passage(PASSES, angles[0] + sense * np.concatenate([[0.0], np.cumsum(steps)]))
-    return Passage(WRONG_ORDER, angles)
+            steps = [step % (2.0 * math.pi) for step in steps]
+        step = min((step for step in steps if step > 0.0), default=math.inf)
+        angles.append(angles[-1] + sense * step)
+    return np.array(angles) if abs(angles[-1] - first) < 2.0 * math.pi else None
 
 
 def _ranges(linkage: FourBar) -> tuple[str, float, float]:
@@ -107,34 +126,41 @@ def _ranges(linkage: FourBar) -> tuple[str, float, float]:
 
 
 def _positions_at(linkage: FourBar, point: complex) -> list[_Position]:
-    """The positions of the linkage with the coupler point at a point: none, one or two."""
-    vector, size = point - linkage.crank_pivot, max(linkage.lengths)
-    frame = linkage.rocker_pivot - linkage.crank_pivot
+    """The positions of the linkage with the coupler point at a point, the most exact first: none, one or more."""
+    vector, frame = point - linkage.crank_pivot, linkage.rocker_pivot - linkage.crank_pivot
     found = []
     for pin in _pins_at(linkage, vector):
-        end = pin + (vector - pin) / linkage.point
-        diagonal = frame - pin
-        if abs(abs(end - frame) - linkage.rocker) <= _NEAR * size:
-            branch = 1 if (diagonal.conjugate() * (end - pin)).imag >= 0.0 else -1
-            angle = math.remainder(float(np.angle(pin / frame)), 2.0 * math.pi)
-            kind = _ranges(linkage)[0]
+        angle = math.remainder(float(np.angle(pin / frame)), 2.0 * math.pi)
+        kind = _ranges(linkage)[0]
+        for branch, missed in _branches_at(linkage, frame, pin, vector).items():
             circuit = branch if kind == "turn" else (1 if angle >= 0.0 else -1) if kind == "sides" else 0
-            found.append(_Position(angle % (2.0 * math.pi) if kind == "back" else angle, branch, circuit))
-    return found
+            found.append(_Position(angle % (2.0 * math.pi) if kind == "back" else angle, branch, circuit, missed))
+    return sorted(found, key=lambda position: position.missed)
+
+
+def _branches_at(linkage: FourBar, frame: complex, pin: complex, vector: complex) -> dict[int, float]:
+    """The branches on which the coupler point is at a vector with the crank's pin at another, and by how much not."""
+    if abs(linkage.point) < _SHORT:
+        own = replace(linkage, crank_pivot=0j, rocker_pivot=frame)
+        angles = np.angle([pin])
+        missed = {n: abs(complex(replace(own, branch=n).points(angles)[0]) - vector) for n in (1, -1)}
+    else:
+        end = pin + (vector - pin) / linkage.point
+        branch = 1 if ((frame - pin).conjugate() * (end - pin)).imag >= 0.0 else -1
+        missed = {branch: abs(abs(end - frame) - linkage.rocker)}
+    return {branch: miss for branch, miss in missed.items() if miss <= _NEAR * max(linkage.lengths)}
 
 
 def _pins_at(linkage: FourBar, vector: complex) -> list[complex]:
     """Where the pin of the crank can be with the coupler point at a vector from the crank's pivot: none, or two."""
     arm, length, near = abs(linkage.point) * linkage.coupler, abs(vector), _NEAR * max(linkage.lengths)
-    if arm == 0.0:
-        return []
     if length <= near * _NEAR:
-        return _pins_at_pivot(linkage) if abs(arm - linkage.crank) <= near else []
-    along = (length**2 + linkage.crank**2 - arm**2) / (2.0 * length)
-    square = linkage.crank**2 - along**2
-    if square < -(near**2):
+        return _pins_at_pivot(linkage) if arm > 0.0 and abs(arm - linkage.crank) <= near else []
+    if max(length - linkage.crank - arm, abs(linkage.crank - arm) - length) > near:
         return []
-    across = math.sqrt(max(square, 0.0))
+    along = (length**2 + linkage.crank**2 - arm**2) / (2.0 * length)
+    along = min(max(along, -linkage.crank), linkage.crank)
+    across = math.sqrt(linkage.crank**2 - along**2)
     return [vector / length * complex(along, side * across) for side in (1.0, -1.0)]
 
 
