@@ -373,6 +373,9 @@ def test_a_dry_run_counts_and_queues_nothing(client):
     assert 0 < plan["seconds"] < 60
     assert plan["note"] == ""
     assert client.get("/api/jobs/plan").status_code == 404
+    mistyped = client.post("/api/studies?dryrun=true", json={"name": "plan", "study": FEW})
+    assert (mistyped.status_code, client.get("/api/jobs/plan").status_code) == (400, 404)
+    assert "did you mean 'dry_run'?" in mistyped.json()["detail"]
 
 
 def test_dry_runs_are_measured_by_one_process(client, served):
@@ -565,6 +568,9 @@ def test_results_are_told_in_the_words_of_the_command_line(client, served):
         ("rank?metric=cvv", "no column 'cvv'"),
         ("rank?where=cv%20%3E", "where: at the end"),
         ("rank?limit=cv", "limit"),
+        ("rank?wehre=cv%20%3E%201", "unknown parameter 'wehre'; did you mean 'where'?"),
+        ("rank?where=cv%20%3E%201&where=cv%20%3C%202", "where is given more than once; give one"),
+        ("design/0?units=mm", "unknown parameter 'units'; this address takes none"),
         ("design/99", "99"),
     ):
         answer = client.get(f"/api/results/few/{path}")

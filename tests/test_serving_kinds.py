@@ -173,6 +173,7 @@ def test_a_task_names_no_file_of_the_server(jobs, tmp_path):
     [
         (TASK, Kind.study, "this is a task, but a study was announced; submit it as a task"),
         (FEW, Kind.task, "mechanism: this is a study, but a task was announced"),
+        (TASK.replace("task =", "taks ="), Kind.task, "x.toml:1: task: is missing"),
         (Refinement("base").to_toml(), Kind.study, "x.toml:1: refine: this is a refinement, but a study was announced"),
         ('refine = "base"\nseed = 1.5\nmetric = "cv"\nsede = 1\n', Kind.refinement, "x.toml:2: seed: must be a whole"),
         ('refine = "base"\nmetric = "cv"\n', Kind.refinement, "x.toml:2: metric: must be a list of metrics"),

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fastapi import APIRouter, FastAPI, HTTPException, Request, Response
+from fastapi import APIRouter, Depends, FastAPI, HTTPException, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, PlainTextResponse
 from fastapi.staticfiles import StaticFiles
@@ -16,6 +16,7 @@ from explore.service import browsing_routes, job_routes, results_routes, starter
 from explore.service.access import Access, Right
 from explore.service.guard import Head
 from explore.service.metrics import metrics_text
+from explore.service.queries import check_query
 from explore.service.queue import StateError, UnknownJobError
 from explore.service.requests import AccessOf, LinkRequest, Login, StationOf
 from explore.service.station import Station
@@ -41,8 +42,9 @@ def make_application(station: Station, access: Access, is_closing: Callable[[], 
     )
     application.state.station, application.state.access, application.state.is_closing = station, access, is_closing
     application.add_middleware(Head)
-    for part in (router, job_routes.router, results_routes.router, browsing_routes.router, starter_routes.router):
-        application.include_router(part)
+    application.include_router(router)
+    for part in (job_routes.router, results_routes.router, browsing_routes.router, starter_routes.router):
+        application.include_router(part, dependencies=[Depends(check_query)])
     application.mount("/page", StaticFiles(directory=_PAGE))
     application.add_exception_handler(ExploreError, _explain)
     application.add_exception_handler(RequestValidationError, _explain_request)

@@ -70,7 +70,7 @@ def read_job_file(name: str, content: bytes, kind: Kind | None = None) -> JobFil
     except UnicodeDecodeError as error:
         raise ConfigError([f"{file}: is not UTF-8 text (byte {error.start}); save it as UTF-8"]) from None
     sections = toml_text.parse_toml(file, text)
-    found, key = _kind_of(sections)
+    found, key = _kind_of(sections, kind)
     if kind is not None and found != kind:
         _refuse(file, text, [((key,), f"this is a {found}, but a {kind} was announced; submit it as a {found}")])
     _refuse(file, text, _named_files(sections))
@@ -82,12 +82,14 @@ def read_job_file(name: str, content: bytes, kind: Kind | None = None) -> JobFil
     return parse_study(text, file, Path())
 
 
-def _kind_of(sections: dict[str, Any]) -> tuple[Kind, str]:
-    """The kind of a file, and the key that tells it."""
+def _kind_of(sections: dict[str, Any], announced: Kind | None) -> tuple[Kind, str]:
+    """The kind of a file, and the key that tells it; a file without any that was announced as a task lacks its key."""
     if "mechanism" not in sections:
         for key, kind in (("task", Kind.task), ("refine", Kind.refinement)):
             if key in sections:
                 return kind, key
+        if announced == Kind.task:
+            return Kind.task, "task"
     return Kind.study, "mechanism"
 
 
@@ -106,7 +108,7 @@ def _named_files(sections: dict[str, Any]) -> Problems:
         reason = "a server reads no table of designs; write lists of values, or sweep the study with `explore sweep`"
         problems.append((("sampling", key), reason))
     if isinstance(target, dict) and "file" in target:
-        reason = "a server reads no file of points; write them as points = [[0, 0], [10, 5]]"
+        reason = "a server reads no file of points; write its rows as points = [[0, 0], [10, 5]], or as poses or table"
         problems.append((("target", "file"), reason))
     return problems
 
