@@ -81,13 +81,16 @@ def test_bounds_hold_over_strokes_whose_ends_are_beside_singularities(window, si
     assert (error <= np.fmax(found["error"], 4e-17)).all()
 
 
-@pytest.mark.parametrize("name", ["watt-2", "crank-shaper", "stephenson-3"])
-def test_bounds_hold_near_limits(name):
-    """Where other singularities, whose distances are estimated, may be nearly as near."""
+@pytest.mark.parametrize(("name", "share"), [("watt-2", 0.5), ("stephenson-3", 0.5), ("crank-shaper", 0.0)])
+def test_bounds_hold_near_limits(name, share):
+    """Where other singularities, whose distances are estimated, may be nearly as near, as always in a crank shaper.
+
+    Equal steps do not suffice; halved panels have 288 nodes at least, of a turn 576.
+    """
     linkage = linkage_of(CASES[name])
-    kernel, designs = linkage.mechanism, scattered(CASES[name], 20_000, np.random.default_rng(1), 0.2)
+    kernel, designs = linkage.mechanism, scattered(CASES[name], 60_000, np.random.default_rng(1), 0.2)
     distances = kernel.constants(columns(kernel, designs))[DISTANCE_ROW]
-    chosen = np.flatnonzero((distances > 0.0) & (distances < 0.1))[:80]
+    chosen = np.flatnonzero((distances > 0.0) & (distances < 0.03))[:80]
     designs = {key: column[chosen] for key, column in designs.items()}
     output = linkage.content["output"]
     for window, signal in (("cycle", f"{output}_velocity"), ("cycle", f"{output}_acceleration"),
@@ -100,8 +103,8 @@ def test_bounds_hold_near_limits(name):
         )
         mean, variance, high, low = (fine[metric] for metric in metrics)
         moves = np.isfinite(mean)
-        assert moves.sum() > 20
-        assert (coarse["nodes"][moves] < 288).any()  # with graded panels
+        assert moves.sum() >= 10
+        assert np.mean(coarse["nodes"][moves] < 288) >= share
         for statistic, metric in zip(("mean", "variance", "max", "min"), metrics, strict=True):
             error = norms.worst(statistic, coarse[metric], mean, variance, (low, high))[moves]
             assert (error <= (coarse["error"] + fine["error"])[moves]).all()

@@ -349,6 +349,7 @@ def test_what_hangs_on_the_ends_of_strokes_has_their_errors(tolerance):
         for columns_, name, value, size in zip(found, names, exact, sizes, strict=True):
             error = abs(mpmath.mpf(float(columns_[name][k])) - value) / size
             # beside the limit half of the digits are lost; pairs lose none that doubles show
+            # what is sampled errs by the model of its nodes besides
             largest = 1e-12 if tolerance == 1e-12 else 4e-15 / math.sqrt(row["margin"])
             largest = tolerance if name.startswith("A_x") else min(largest, tolerance)
             assert error <= columns_["error"][k] <= largest

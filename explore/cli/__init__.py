@@ -19,7 +19,7 @@ from explore.cli.output import complain, say
 from explore.cli.termination import keep_interrupts
 
 #: Numbers of new objects, and of searches of younger ones, after which garbage is searched for.
-_GARBAGE_THRESHOLDS = (100_000, 20, 100)
+_GARBAGE_THRESHOLDS = (100_000, 20, 10)
 
 
 def _spare_garbage_collection() -> None:

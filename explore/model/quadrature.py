@@ -43,8 +43,8 @@ class Graded:
 class Located:
     """Choose the nodes by the distance of the nearest complex singularity, wherever it stands.
 
-    Full turns have equal steps. Designs whose singularity is too near, and those that contradict it, are sampled
-    adaptively.
+    Full turns have equal steps. Designs whose singularity is too near, and those that contradict it, are `Anchored`,
+    and sampled adaptively where that does not do.
 
     Attributes
     ----------

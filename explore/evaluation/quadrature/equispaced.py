@@ -41,13 +41,13 @@ LOG_CONSTANT_4 = -1.2
 FEWEST_NODES = 8
 #: Largest number of nodes that is chosen, so that later rounds still find more.
 MOST_NODES = 160
-#: Largest number of nodes that is chosen where more are left to the adaptive rule, which takes 576 at least.
+#: Largest number of nodes that is chosen where designs with more are left to another rule.
 MOST_LOCATED_NODES = 256
 #: Number of equispaced nodes that take as long as a graded one: they need no exponentials, and one panel, not two.
 WORTH = 1.1
 #: Largest half-tangent of a singularity's distance that counts: beyond it fewer than FEWEST_NODES would do.
 _FARTHEST = 0.99
-#: Mark of a panel that is left to the adaptive rule, in place of its singularity.
+#: Mark of a panel that is left to another rule, in place of its singularity.
 _LEFT = -1.0
 #: Rate of decay of a panel with that mark, with which its few nodes seem enough.
 _RATE_OF_LEFT = 50.0
@@ -110,7 +110,7 @@ def choose_equispaced(panels, n, order, target, is_located):
 
 @subroutine(contract=True)
 def leave_panels(panels, count):
-    """Leave panels that need too many nodes, although COUNT is filled, to the adaptive rule: they have the fewest."""
+    """Leave panels that need too many nodes, although COUNT is filled, to another rule: they have the fewest."""
     for k in range(count):
         fits = (panels[RATE + k] > 0.0) & (panels[COUNT + k] <= MOST_NODES)
         panels[SINGULAR + k] = panels[SINGULAR + k] if fits else _LEFT
@@ -121,13 +121,13 @@ def leave_panels(panels, count):
 
 @subroutine()
 def leave_panel(panels, k):
-    """Leave one panel to the adaptive rule."""
+    """Leave one panel to another rule."""
     panels[SINGULAR + k] = _LEFT
 
 
 @subroutine()
 def has_left_panel(panels, first, count, stride):
-    """Whether a panel of a design is left to the adaptive rule."""
+    """Whether a panel of a design is left to another rule."""
     is_left = False
     for p in range(count):
         is_left |= panels[SINGULAR + first + p * stride] == _LEFT

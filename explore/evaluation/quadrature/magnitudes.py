@@ -24,7 +24,7 @@ from explore.evaluation.quadrature.brent import ACTIVE, BEST, minimise, start_la
 from explore.evaluation.quadrature.chunks import gather_design
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
 from explore.evaluation.quadrature.slots import BOUND, ROOT_MEAN
-from explore.evaluation.quadrature.tiles import TILE_RESOLUTION, TILE_SCALE
+from explore.evaluation.quadrature.tiles import TILE_RESOLUTION, TILE_SCALE, TILE_TURNED
 
 #: Number of powers: power 0 has the exponent 1, power 1 the exponent 10/3.
 POWERS = 2
@@ -52,6 +52,7 @@ def power_means(
         centre, half = panels[CENTRE + p], panels[HALF + p]
         for lane in range(LANES):
             tile.shape[TILE_SCALE + lane], tile.shape[TILE_RESOLUTION + lane] = panels[SCALE + p], 1.0
+            tile.shape[TILE_TURNED + lane] = 0.0
         place_between(
             centre, -half, half, panels[SCALE + p], _SEARCH_NODES, row_of, table, False, tile.roots, tangents, weight
         )  # fmt: skip

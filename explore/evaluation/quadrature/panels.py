@@ -43,7 +43,8 @@ _FACTOR_4 = math.exp(LOG_CONSTANT_4 - LOG_CONSTANT_2)
 # the law that holds between two breaks, variant of the design; centre and half length in t, T (0: equispaced nodes),
 # logarithm of rho (of equispaced nodes delta), length in rad, node count; the model's errors for pole orders 2, 4, 6;
 # rho^-2; difference of the half-tangents of the ends, which a short panel has with more digits than its ends; the
-# half-tangent that nodes are turned by; the singularities of the design.
+# half-tangent that nodes are turned by; the singularities of the design, or what `quadrature.anchored` and
+# `quadrature.ellipses` have in their place.
 ANCHOR, FIRST, LAST, LAW, VARIANT, CENTRE, HALF, SCALE, RATE, LENGTH, COUNT, TARGET = (
     row * PANEL_CAPACITY for row in range(12)
 )

@@ -62,13 +62,14 @@ def _node(j, used, count):
 def _weigh_nodes(is_anchored, used, count, tile):
     """Fill weights in the mean square of those nodes in the tile's values, and their sums in its marks.
 
-    Nodes that crowd where a signal is large count by what they stand for.
+    Nodes that crowd where a signal is large count by what they stand for, an end by its neighbour.
     """
     for lane in range(LANES):
         tile.marks[lane] = 0.0
     for j in range(used):
+        node = min(max(_node(j, used, count), 1), count - 2)
         for lane in range(LANES):
-            weight = tile.weights[_node(j, used, count) * LANES + lane] if is_anchored else 1.0
+            weight = tile.weights[node * LANES + lane] if is_anchored else 1.0
             tile.values[j * LANES + lane] = weight
             tile.marks[lane] += weight
 

@@ -17,6 +17,8 @@ NEAR = 0.3
 ROUNDS = 6
 #: Step over which the slope of a slope is taken, rad.
 STEP = 1e-4
+#: Half-tangent of a distance over that of the nearest zero up to which both are those of one zero.
+_SAME = 1.3
 # Rows of the search: the function, -1 for none; both ends of the cell of its minimum, rad; the best angle and the one
 # before, and the slopes there.
 _FUNCTION, _LOW, _HIGH, _ANGLE, _BEFORE, _SLOPE, _SLOPE_BEFORE = (row * LANES for row in range(7))
@@ -112,11 +114,14 @@ def improve_search(marks, functions, search):
         search[_ANGLE + lane] = better if inside else 0.5 * (search[_LOW + lane] + search[_HIGH + lane])
 
 
-@compiled(f"void({_F1}, {_F1}, int64, {_F1}, {_F1})")
-def end_search(here, beside, functions, search, angles):
-    """Fill the angles where a zero stands above the minimum; `beside` are the marks a `STEP` beside it."""
+@compiled(f"void({_F1}, {_F1}, int64, {_F1}, {_F1}, {_F1})")
+def end_search(here, beside, functions, search, distances, angles):
+    """Fill the angles of minima above which the nearest zero stands; `beside` are the marks a `STEP` beside them."""
     for lane in range(LANES):
         if search[_FUNCTION + lane] >= 0.0:
             own = int(search[_FUNCTION + lane]) * LANES + lane
             curvature = (beside[own + functions * LANES] - here[own + functions * LANES]) / STEP
-            angles[lane] = search[_ANGLE + lane] if 0.0 < here[own] < curvature else math.nan
+            if 0.0 < here[own] < curvature:
+                excess = here[own] / curvature
+                is_nearest = math.sqrt(excess / (2.0 + excess)) <= _SAME * distances[lane]
+                angles[lane] = search[_ANGLE + lane] if is_nearest else math.nan

@@ -201,7 +201,7 @@ def _anchor(sizes, check, constants, start, values):
             anchoring.improve_search(here, sizes.functions, search)
     anchoring.place_search(search, anchoring.STEP, tangents, anchors)
     check(constants, tangents, anchors, beside)
-    anchoring.end_search(here, beside, sizes.functions, search, constants[SINGULAR_ANGLE_ROW * LANES :])
+    anchoring.end_search(here, beside, sizes.functions, search, distances, constants[SINGULAR_ANGLE_ROW * LANES :])
 
 
 @subroutine(allocates=True)
