@@ -25,7 +25,7 @@ from explore.evaluation.quadrature.panels import (
 )
 from explore.evaluation.quadrature.windows import ARC, LONGER, SHORTER, orient
 
-#: Row of the place, rad, among those of the singularities.
+#: Row of the place, rad, where singularities are otherwise.
 _PLACE = SINGULAR + PANEL_CAPACITY
 #: Row of the half-tangent of the distance of all others.
 _OTHERS = SINGULAR + 2 * PANEL_CAPACITY

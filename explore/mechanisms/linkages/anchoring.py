@@ -17,7 +17,7 @@ NEAR = 0.3
 ROUNDS = 6
 #: Step over which the slope of a slope is taken, rad.
 STEP = 1e-4
-#: Half-tangent of a distance over that of the nearest zero up to which both are those of one zero.
+#: Half-tangent of a distance over that of the nearest zero, up to which both are of one zero.
 _SAME = 1.3
 # Rows of the search: the function, -1 for none; both ends of the cell of its minimum, rad; the best angle and the one
 # before, and the slopes there.
