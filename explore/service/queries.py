@@ -19,4 +19,4 @@ async def check_query(request: Request) -> None:
             advice = suggestion(name, known) if known else "this address takes none"
             raise RequestError(f"unknown parameter {format_value(name)}; {advice}")
         if len(request.query_params.getlist(name)) > 1 and get_origin(known[name]) is not list:
-            raise RequestError(f"{name} is given more than once; give one, conditions joined by `and`")
+            raise RequestError(f"{name} is given more than once; give one, conditions joined by 'and'")
