@@ -1,6 +1,7 @@
 """Panels graded towards the nearest singularity of a linkage, wherever it stands, beside its limits."""
 
 import math
+import warnings
 
 import mpmath
 import norms
@@ -108,6 +109,17 @@ def test_bounds_hold_near_limits(name, share):
         for statistic, metric in zip(("mean", "variance", "max", "min"), metrics, strict=True):
             error = norms.worst(statistic, coarse[metric], mean, variance, (low, high))[moves]
             assert (error <= (coarse["error"] + fine["error"])[moves]).all()
+
+
+def test_a_signal_that_is_0_over_a_stroke_has_the_bound_of_the_ends():
+    """The slider's pin on its line, without warnings of NumPy."""
+    linkage = linkage_of(CASES["slider-crank"])
+    designs = {"r": [30.0], "l": [100.0], "e": [0.0]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        row = explore.evaluate(linkage, designs, metrics=["B_y_mean", "B_y_max"], window="drive").iloc[0]
+    assert (row["B_y_mean"], row["B_y_max"]) == (0.0, 0.0)
+    assert row["error"] <= 1e-9
 
 
 def test_the_angle_is_that_of_the_least_function():

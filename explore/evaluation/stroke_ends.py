@@ -14,7 +14,7 @@ import numpy as np
 from explore.evaluation.positions import WindowPositions, sample_signals
 from explore.evaluation.quadrature.slots import MAXIMUM, MEAN, MINIMUM, VARIANCE
 from explore.evaluation.statistics import Indices
-from explore.model.quantities import FloatArray, SampledMetric
+from explore.model.quantities import FloatArray, SampledMetric, Signal
 from explore.model.request import Request
 
 #: Angle over which the slope of a signal is taken, rad.
@@ -44,12 +44,19 @@ def bound_ends(
     values, slopes = np.abs(samples[:2]).max(axis=0), np.abs(samples[2:] - samples[:2]).max(axis=0) / _STEP
     result = np.empty(values.shape)
     for k, (metric, own) in enumerate(zip(metrics, slots, strict=True)):
-        mean, variance, is_square = statistics[own[MEAN]], statistics[own[VARIANCE]], metric.signal.is_magnitude
-        square = np.abs(mean) if is_square else mean**2 + variance
-        largest = values[k] if is_square else values[k] ** 2
-        excess = np.where(largest > square, largest / square, 0.0)
-        extremes = [np.abs(statistics[own[j]]) for j in (MINIMUM, MAXIMUM) if own[j] >= 0]
-        if extremes:
-            excess = np.fmax(excess, _ANGLE * slopes[k] / np.fmax.reduce([*extremes, np.sqrt(square)]))
+        with np.errstate(divide="ignore", invalid="ignore"):  # of signals that are 0
+            excess = _excess(metric.signal, own, statistics, values[k], slopes[k])
         result[k] = np.where(np.isfinite(excess), constants[mechanism.closed_error_row] * excess, 0.0)
     return result
+
+
+def _excess(signal: Signal, slots: Indices, statistics: FloatArray, value: FloatArray, slope: FloatArray) -> FloatArray:
+    """What an error of the ends is multiplied by, from the largest value and slope there."""
+    mean, variance = statistics[slots[MEAN]], statistics[slots[VARIANCE]]
+    square = np.abs(mean) if signal.is_magnitude else mean**2 + variance
+    largest = value if signal.is_magnitude else value**2
+    excess = np.where(largest > square, largest / square, 0.0)
+    extremes = [np.abs(statistics[slots[k]]) for k in (MINIMUM, MAXIMUM) if slots[k] >= 0]
+    if extremes:
+        excess = np.fmax(excess, _ANGLE * slope / np.fmax.reduce([*extremes, np.sqrt(square)]))
+    return excess
