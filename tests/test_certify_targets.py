@@ -6,6 +6,7 @@ from test_linkage_targets import COUPLER
 
 import explore
 from explore.analysis.certifying.certification import certify_designs
+from explore.analysis.certifying.rows import ROUNDING
 from explore.studies.request.names import find_mechanism
 from explore.studies.request.requests import make_request
 
@@ -17,7 +18,7 @@ PAIRS = [[0, 0], [10, 4], [20, 7], [30, 9]]
 
 
 def proofs_of(source, design, metrics, target, change=None):
-    """The row of a design, and what is proved of it; `change` moves its first metric by so many errors."""
+    """The row of a design, and what is proved of it; `change` moves its first metric by so many allowed errors."""
     options = {"metrics": metrics, "window": "cycle"}
     points = ["M"] if isinstance(source, str) and target["kind"] in ("path", "poses") else []
     frame = explore.evaluate(source, design, target=target, points=points, **options)
@@ -28,7 +29,7 @@ def proofs_of(source, design, metrics, target, change=None):
         metric = next(metric for metric in request.metrics if metric.name == metrics[0])
         given = {parameter.name: parameter.default for parameter in mechanism.parameters} | row
         columns = [np.array([float(given.get(name, 0.0))]) for name in metric.formula.inputs]
-        row[metrics[0]] += change * row["error"] * metric.formula.scale(*columns)[0]
+        row[metrics[0]] += change * (row["error"] + ROUNDING) * metric.formula.scale(*columns)[0]
     proof, enclosed = certify_designs(request, {0: row}, [], is_front=False)[0]
     return row, proof, enclosed
 
