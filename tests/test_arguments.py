@@ -44,6 +44,10 @@ WRONG = {
     "a design by a word": (lambda r: explore.tolerance(r, {"crank": 0.1}, "x"), "must be whole numbers, got 'x'"),
     "a design twice": (lambda r: explore.tolerance(r, {"crank": 0.1}, [3, 0, 3]), "design 3 is named twice; name each"),
     "a certified design twice": (lambda r: explore.certify(r, [0, 0]), "design 0 is named twice"),
+    "both senses of a metric": (
+        lambda r: explore.rank(r, objectives=["swing_angle", "swing_angle:min"]),
+        "swing_angle is an objective in both senses; remove one",
+    ),
     "a tolerance of nothing": (lambda r: explore.tolerance(r, 0.1), r"tolerances: must be a dict such as .*, got 0.1"),
     "a file in place of a study": (lambda r: explore.sweep("my.toml", "z.h5"), "study: must be a Study, .*'my.toml'"),
     "whole workers": (

@@ -60,5 +60,8 @@ def choose_objectives(
         example = next((name for name in columns if senses.get(name)), "cv:min")
         raise RequestError(f"no objective: give `objectives`, such as {example}")
     choice = tuple(dict.fromkeys(parse_objective(text, senses, columns) for text in texts))
+    names = [each.metric for each in choice]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise RequestError(f"{twice} is an objective in both senses; remove one")
     order = choice[0] if order_by is None else parse_objective(order_by, senses, columns)
     return choice, order
