@@ -162,25 +162,21 @@ def _sample(
             *make_work_space(sizes, len(request.breaks)),
         )  # fmt: skip
 
-    adaptive, own = _adaptive(mechanism.quadrature), {name for metric in metrics for name in metric.signal.corners_at}
+    def run_all(designs: npt.NDArray[np.bool_], quadratures: tuple[Quadrature, ...], corners: set[str]) -> None:
+        for number, each in enumerate(quadratures):
+            if designs.any() or number == 0:  # without designs too, which compiles
+                result.error[designs], excess[designs] = 0.0, 0.0
+                run(np.flatnonzero(designs), each, corners)
+                designs = designs & (excess > _largest_excess(each))
+
+    own = {name for metric in metrics for name in metric.signal.corners_at}
     cornered, added = _added_corners(mechanism, metrics, parameters)
-    plain, cornered = active & ~cornered, active & cornered
-    run(np.flatnonzero(plain), quadrature, own)  # without designs too, which compiles
-    is_known = quadrature != adaptive and "" not in added
-    if cornered.any():
-        run(np.flatnonzero(cornered), _resolved(mechanism.quadrature) if is_known else adaptive, own | added)
-    doubtful = excess > _largest_excess(quadrature)
-    if isinstance(mechanism.quadrature, Located) and isinstance(quadrature, Anchored | Located):
-        other = mechanism.quadrature.anchored if quadrature == mechanism.quadrature else mechanism.quadrature
-        again = doubtful & plain
-        result.error[again], excess[again] = 0.0, 0.0
-        run(np.flatnonzero(again), other, own)
-        doubtful = (doubtful & cornered) | (again & (excess > _largest_excess(other)))
-    result.error[doubtful] = 0.0
-    if (doubtful & plain).any():
-        run(np.flatnonzero(doubtful & plain), Adaptive() if isinstance(quadrature, Graded) else adaptive, own)
-    if (doubtful & cornered).any():
-        run(np.flatnonzero(doubtful & cornered), adaptive, own | added)
+    run_all(active & ~cornered, _attempts(mechanism.quadrature, quadrature), own)
+    if (active & cornered).any():
+        adaptive = _adaptive(mechanism.quadrature)
+        is_known = quadrature != adaptive and "" not in added
+        attempts = (_resolved(mechanism.quadrature), adaptive) if is_known else (adaptive,)
+        run_all(active & cornered, attempts, own | added)
     result.evaluations = int(np.count_nonzero(active))
     if mechanism.closed_error_row >= 0:
         _add_errors_of_ends(request, metrics, tables, statistics, parameters, closed, result)
@@ -217,6 +213,14 @@ def _add_errors_of_ends(
                 statistics[each[BOUND]] += bound + closed.constants[mechanism.closed_error_row]
         worst = np.fmax(worst, bounds.max(axis=0))
     result.error += worst
+
+
+def _attempts(declared: Quadrature, first: Quadrature) -> tuple[Quadrature, ...]:
+    """What samples designs in turn, from the first one on, until the samples do not contradict it."""
+    if isinstance(declared, Located) and isinstance(first, Anchored | Located):
+        return first, declared.anchored if first == declared else declared, _adaptive(declared)
+    # a declaration that the samples contradict grades no panels
+    return first, Adaptive() if isinstance(first, Graded) else _adaptive(declared)
 
 
 def _largest_excess(quadrature: Quadrature) -> float:
