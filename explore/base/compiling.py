@@ -16,6 +16,7 @@ from numba.core import sigutils
 from numba.core.caching import IndexDataCacheFile
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.event import Event, Listener, register, unregister
+from numba.extending import typeof_impl
 
 from explore.base.compiler_passes import NoAliasCompiler, PlainCompiler, quick_compilation
 
@@ -90,27 +91,39 @@ def address_of(dispatcher: Any, signature: Any) -> int:
     return address
 
 
-class _Argument(types.WrapperAddressProtocol):  # type: ignore[misc]  # Numba has no types
-    """A compiled function as an argument of others, with its address, which Numba would look up at every call."""
+class FunctionArgument(types.WrapperAddressProtocol):  # type: ignore[misc]  # Numba has no types
+    """A function as an argument of compiled ones, with its type, which Numba would make at every call."""
 
-    def __init__(self, dispatcher: Any, signature: str) -> None:
-        self._dispatcher, self._signature = dispatcher, function_type(signature).signature
-        self._address = 0
+    def __init__(self, signature: str) -> None:
+        self.type = function_type(signature)
 
     def signature(self) -> Any:
         """Numba's signature."""
-        return self._signature
+        return self.type.signature
+
+
+@typeof_impl.register(FunctionArgument)  # type: ignore[untyped-decorator]  # likewise
+def _type_of(argument: FunctionArgument, _: object) -> Any:
+    return argument.type
+
+
+class _CompiledArgument(FunctionArgument):
+    """A compiled function as an argument of others, with its address, which Numba would look up at every call."""
+
+    def __init__(self, dispatcher: Any, signature: str) -> None:
+        super().__init__(signature)
+        self._dispatcher, self._address = dispatcher, 0
 
     def __wrapper_address__(self) -> int:
         """The address of the machine code."""
-        self._address = self._address or address_of(self._dispatcher, self._signature)
+        self._address = self._address or address_of(self._dispatcher, self.type.signature)
         return self._address
 
 
 @cache
 def as_argument(function: Any, signature: str) -> Any:
     """A function of a mechanism as what compiled functions take."""
-    return function if isinstance(function, types.WrapperAddressProtocol) else _Argument(function, signature)
+    return function if isinstance(function, FunctionArgument) else _CompiledArgument(function, signature)
 
 
 def options(*, fast: bool, contract: bool, inlined: bool, allocates: bool) -> dict[str, Any]:

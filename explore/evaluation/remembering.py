@@ -16,8 +16,9 @@ def remembered(function: Callable[..., _Result]) -> Callable[..., _Result]:
     @wraps(function)
     def recall(request: Request, *others: Hashable) -> _Result:
         kept: dict[tuple[Hashable, ...], _Result] = request.__dict__.setdefault(name, {})
-        if others not in kept:
-            kept[others] = function(request, *others)
-        return kept[others]
+        result = kept.get(others)  # the hash of metrics is taken once: it takes longer than all else
+        if result is None:
+            result = kept[others] = function(request, *others)
+        return result
 
     return recall

@@ -12,7 +12,7 @@ from explore.evaluation.loop_tables import LoopTables, loop_arguments, make_tabl
 from explore.evaluation.quadrature.loop import sample
 from explore.evaluation.quadrature.slots import BOUND
 from explore.evaluation.quadrature.tails import LARGEST_ANCHORED_EXCESS, LARGEST_EXCESS
-from explore.evaluation.quadrature.work_space import make_work_space
+from explore.evaluation.quadrature.work_space import leave_work_space, take_work_space
 from explore.evaluation.remembering import remembered
 from explore.evaluation.statistics import Indices, error_of, has_own_places, statistic_of
 from explore.evaluation.stroke_ends import bound_ends
@@ -156,11 +156,13 @@ def _sample(
 
     def run(designs: Indices, quadrature: Quadrature, corners: Collection[str]) -> None:
         sizes, loop_tables = loop_arguments(request, metrics, quadrature, frozenset(corners))
+        space = take_work_space(sizes, loop_tables, len(request.breaks))
         sample(
             mechanism.close, mechanism.fill, mechanism.disturbed_fill or mechanism.fill, sizes, loop_tables, parameters,
             closed.constants, designs, statistics, result.nodes, result.error, excess,
-            *make_work_space(sizes, len(request.breaks)),
+            *space,
         )  # fmt: skip
+        leave_work_space(loop_tables, space)
 
     def run_all(designs: npt.NDArray[np.bool_], quadratures: tuple[Quadrature, ...], corners: set[str]) -> None:
         for number, each in enumerate(quadratures):

@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from llvmlite import binding
-from numba import config, types
+from numba import config
 from numba.core.compiler_lock import global_compiler_lock
 
-from explore.base.compiling import function_type
+from explore.base.compiling import FunctionArgument
 
 #: Largest number of files that are kept; the least recently used ones go.
 MOST_FILES = 768
@@ -29,7 +29,7 @@ _CHECKSUM = 32
 _EFFORT = 2
 
 
-class NativeFunction(types.WrapperAddressProtocol):  # type: ignore[misc]  # Numba has no types
+class NativeFunction(FunctionArgument):
     """A function that compiled functions take as an argument, translated when one of them gets it first.
 
     Parameters
@@ -50,12 +50,9 @@ class NativeFunction(types.WrapperAddressProtocol):  # type: ignore[misc]  # Num
         javascript: Callable[[str, Callable[[Any], str]], str] | None = None,
     ) -> None:  # fmt: skip
         self.name, self.write, self.javascript = name, write, javascript
-        self._signature, self._outer = function_type(signature).signature, outer
+        super().__init__(signature)
+        self._outer = outer
         self._engine: Any = None
-
-    def signature(self) -> Any:
-        """Numba's signature."""
-        return self._signature
 
     @global_compiler_lock  # type: ignore[untyped-decorator]  # likewise
     def __wrapper_address__(self) -> int:
