@@ -123,7 +123,7 @@ class _CompiledArgument(FunctionArgument):
 @cache
 def as_argument(function: Any, signature: str) -> Any:
     """A function of a mechanism as what compiled functions take."""
-    return function if isinstance(function, FunctionArgument) else _CompiledArgument(function, signature)
+    return function if isinstance(function, types.WrapperAddressProtocol) else _CompiledArgument(function, signature)
 
 
 def options(*, fast: bool, contract: bool, inlined: bool, allocates: bool) -> dict[str, Any]:
