@@ -13,6 +13,7 @@ import explore
 from explore.cli.commands.synthesize import _best_first, _order
 from explore.synthesis.paths import search
 from explore.synthesis.paths.search import find_paths
+from explore.synthesis.tasks.task_files import TaskFile
 
 TASK = """task = "dead-positions"
 [target]
@@ -71,6 +72,14 @@ def test_the_same_task_again_changes_nothing_and_another_is_refused(folder):
     assert (folder / "results" / "swing.h5").read_bytes() == before
     run("synthesize", "swing.toml", "--restart", cwd=folder)
     assert (folder / "results" / "swing.h5.old").read_bytes() == before
+
+
+def test_another_task_is_refused_before_the_search(folder, monkeypatch):
+    explore.synthesize(folder / "swing.toml", folder / "a.h5")
+    monkeypatch.setattr(TaskFile, "find", lambda *_: pytest.fail("searched"))
+    (folder / "swing.toml").write_text(TASK.replace("40", "50"), encoding="utf-8")
+    with pytest.raises(explore.ResultsError, match="\n  .*swing_angle: .*40.* -> .*50"):
+        explore.synthesize(folder / "swing.toml", folder / "a.h5")
 
 
 def test_json_has_all_candidates_best_first(folder):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from explore.model.columns import Arrays, Attribute, Column
 from explore.model.progress import ReportProgress
 from explore.results.ranking.pareto import objectives_to_minimise
 from explore.results.ranking.spreading import spread_rows
+from explore.results.store.difference import other_study_error
 from explore.results.store.open_results import open_results
 from explore.results.store.results import Results
 from explore.running.collectors import digest_of, identity_attributes, results_columns, study_attributes, write_at_once
@@ -65,11 +67,22 @@ def synthesize(
         If the search was interrupted, after what it had found is written.
     """
     loaded = task if isinstance(task, TaskFile) else load_task(task)
+    refuse_other_task(loaded, Path(path), restart=restart)
     candidates = loaded.find(report_progress)
     rows_of(loaded, candidates).write(Path(path), restart=restart)
     if candidates.is_interrupted:
         raise KeyboardInterrupt
     return open_results(path)
+
+
+def refuse_other_task(task: TaskFile, path: Path, *, restart: bool) -> None:
+    """Raise `ResultsError` before the search where it would refuse to write: the file has results of another task."""
+    if restart or not path.exists():
+        return
+    old, new = (tomllib.loads(text) for text in (str(open_results(path).attributes.get("task", "")), task.text))
+    if old != new:
+        determines = ({"determines": json.dumps(each, default=str)} for each in (old, new))
+        raise other_study_error(path, *determines)
 
 
 def rows_of(task: TaskFile, candidates: Candidates) -> CandidateRows:

@@ -73,8 +73,9 @@ def synthesize(
 
 def _run(loaded: TaskFile, path: Path, progress: Any, *, restart: bool) -> tuple[Candidates, Results]:
     """Find the candidates and write them."""
-    from explore.synthesis.public import rows_of
+    from explore.synthesis.public import refuse_other_task, rows_of
 
+    refuse_other_task(loaded, path, restart=restart)
     candidates = loaded.find(progress)
     rows_of(loaded, candidates).write(path, restart=restart)
     return candidates, open_shown(path, None)
