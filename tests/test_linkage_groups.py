@@ -5,21 +5,23 @@ import re
 import shutil
 import subprocess
 import tomllib
+from itertools import combinations
 
 import mpmath
 import numpy as np
 import pytest
 from linkage_cases import REFERENCE, columns, find_limits
 from numba import njit
+from slot_groups import GROUPED
 from test_linkage_pairs import samples_of
 
 import explore
 from explore import Linkage
 from explore.base.errors import ConfigError, RequestError
 from explore.figures.reporting.javascript import translate
-from explore.mechanisms.linkages.following import CHAINS_SIZE
+from explore.mechanisms.linkages.following import TIES_SIZE
 from explore.mechanisms.linkages.group_assemblies import find_assembly
-from explore.mechanisms.linkages.group_chains import STATE_SIZE
+from explore.mechanisms.linkages.group_ties import STATE_SIZE
 from explore.mechanisms.linkages.metrics import REACH_NAMES
 from explore.mechanisms.linkages.motions import _kernel
 from explore.studies.config.study_file import linkage_starter
@@ -132,17 +134,28 @@ def _numbers(entry):
 
 
 @njit
-def _find(chains, angle, alpha, beta, state):
-    return find_assembly(chains, angle, alpha, beta, state)
+def _find(ties, angle, alpha, beta, state):
+    return find_assembly(ties, angle, alpha, beta, state)
 
 
-def chain_vectors(name, values):
-    """The rows of the chains of a design, from the table without its graph."""
+def tie_rows(name, values):
+    """The rows of the ties of a design, from the table without its graph."""
     v = values
     if name == "stephenson-2":
-        return [v["r4"], 0, -v["r1"], 0, -70, 0, 50, 20, v["l1"], v["r4"], 0, -v["r1"], 0, -60, -55, -5, 75, v["l2"]]
-    one = [-160, 0, v["r1"], 0, v["l1"], 0, v["q"], 0, v["l2"]]
-    return [*one, -60, -160, v["r1"], 0, v["l1"], 0, 55, 38, v["l3"]]
+        return [*bar(v["r4"], -v["r1"], -70, 50 + 20j, v["l1"]), *bar(v["r4"], -v["r1"], -60 - 55j, -5 + 75j, v["l2"])]
+    one = bar(-160, v["r1"], v["l1"], v["q"], v["l2"])
+    return [*one, *bar(-60 - 160j, v["r1"], v["l1"], 55 + 38j, v["l3"])]
+
+
+def bar(*numbers):
+    """The rows of a bar, from the complex parts of its vector and from its length."""
+    *parts, length = numbers
+    terms = [np.conj(parts[i]) * parts[j] for i, j in combinations(range(4), 2)]
+    return [
+        0.5 * (sum(abs(part) ** 2 for part in parts) - length**2), *(x for t in terms for x in (t.real, t.imag)),
+        sum(map(abs, parts)) * length, *(x for part in map(complex, parts) for x in (part.real, part.imag)), length,
+        *map(abs, terms),
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", STARTERS)
@@ -152,11 +165,11 @@ def test_the_nearest_of_all_assemblies_is_taken(name):
     designs, met = random_designs(name, 40, rng), set()
     for k in range(40):
         values = {key: column[k] for key, column in designs.items()}
-        chains = np.array(chain_vectors(name, values), dtype=float)
-        assert len(chains) == CHAINS_SIZE
+        ties = np.array(tie_rows(name, values), dtype=float)
+        assert len(ties) == TIES_SIZE
         theta, alpha, beta = rng.uniform(-np.pi, np.pi, 3)
         state = np.zeros(STATE_SIZE)
-        code, known = _find(chains, theta, alpha, beta, state), assemblies(Bars(name, values), theta, rng)
+        code, known = _find(ties, theta, alpha, beta, state), assemblies(Bars(name, values), theta, rng)
         assert code == (1 if known else -1)
         met.add(len(known))
         if known:
@@ -175,7 +188,7 @@ def test_an_assembly_at_a_border_of_cells_is_found(alpha):
         values = {"r1": float(rng.integers(8, 21)), "r4": float(rng.integers(140, 160)), "l1": 0.0, "l2": 0.0}
         misses = Bars("stephenson-2", values).misses(theta, alpha, beta)
         values["l1"], values["l2"] = (np.sqrt(2.0 * miss) for miss, _, _ in misses)
-        code = _find(np.array(chain_vectors("stephenson-2", values), dtype=float), theta, alpha, beta, state)
+        code = _find(np.array(tie_rows("stephenson-2", values), dtype=float), theta, alpha, beta, state)
         undecided += code == 0
         assert code == 0 or max(abs(np.exp(1j * (state[1:3] - [alpha, beta])) - 1.0)) < 1e-6
     assert undecided <= 4
@@ -400,7 +413,7 @@ def test_a_group_on_links_that_a_dyad_places_is_refused():
         "lever": {"G": 0, "H": 45},
         "coupler": {"H": 0, "B": 70, "D": [60, 55]},
     }
-    with pytest.raises(ConfigError, match="of such groups those of four links with six pins, hung on the frame and"):
+    with pytest.raises(ConfigError, match="of such groups those of two links with two bars or slots, hung on the"):
         Linkage(section, parameters=middle("stephenson-2"))
 
 
@@ -412,12 +425,14 @@ def test_a_group_has_no_certificate(tmp_path):
         explore.certify(results)
 
 
-@pytest.mark.parametrize("name", STARTERS)
+@pytest.mark.parametrize("name", [*STARTERS, *(name for name, table in GROUPED.items() if "range" not in table)])
 def test_pages_move_groups_as_python_does(name):
     node = shutil.which("node")
     if node is None:
         pytest.skip("node is not installed")
-    kernel, values, tangents = LINKAGES[name].mechanism, middle(name) | {"speed": 1.0}, [-0.9, -0.3, 0.0, 0.2, 0.77]
+    linkage = Linkage(GROUPED[name]) if name in GROUPED else LINKAGES[name]
+    values = ({"r": 6.0} if name in GROUPED else middle(name)) | {"speed": 1.0}
+    kernel, tangents = linkage.mechanism, [-0.9, -0.3, 0.0, 0.2, 0.77]
     rows = kernel.signal_rows
     parameters = [values[parameter.name] for parameter in kernel.kernel_parameters]
     script = (

@@ -12,6 +12,7 @@ from importlib.resources import files
 import mpmath
 import pytest
 from mpmath import mpf
+from slot_groups import GROUPED
 
 import explore
 
@@ -224,6 +225,9 @@ def balance(joints, loads, speed, row, theta):
     for slot, force in loads["opposing"].items():
         function, _, _ = coordinate(slot)
         act(function, [-force * mpmath.sign(rate(function)[0])])
+    for slot, coefficient in loads.get("friction", {}).items():  # of the size in the row, which has to come out again
+        function, _, _ = coordinate(slot)
+        act(function, [-coefficient * abs(row[f"{slot}_normal_force"]) * mpmath.sign(rate(function)[0])])
     multipliers = mpmath.lu_solve(jacobian(lambda z: joints.equations(z, theta), q).T, -forces)
     found = {"drive_torque": multipliers[len(q) - 1] * METERS}
     busy = {slot[0] for slot in joints.slots.values()} | {*loads["masses"]} | {*loads["forces"]}
@@ -236,15 +240,20 @@ def balance(joints, loads, speed, row, theta):
     }
 
 
-@pytest.mark.parametrize("name", [*FEW, *(pytest.param(name, marks=pytest.mark.slow) for name in MANY)])
+@pytest.mark.parametrize("name", [*FEW, *GROUPED, *(pytest.param(name, marks=pytest.mark.slow) for name in MANY)])
 def test_random_loads_are_balanced_by_the_multipliers_of_all_joints(name):
     rng = random.Random(name)
-    table, values = classic(name, rng)
+    if name in GROUPED:
+        table, values = GROUPED[name], {"r": 6.0}
+    else:
+        table, values = classic(name, rng)
     joints = Joints(table, values)
-    speed, angle, linkage = rng.uniform(2, 20), rng.uniform(0, 360), explore.Linkage(table)
+    speed, angle, linkage = rng.uniform(2, 20), rng.uniform(*table.get("range", (0, 360))), explore.Linkage(table)
     own = {parameter.name for parameter in linkage.mechanism.parameters} & values.keys()
     given = {key: values[key] for key in own} | {"speed": speed}
     loads = random_loads(rng, joints, explore.simulate(linkage, given, angles=[angle]).iloc[0])
+    if name in GROUPED:
+        loads["friction"] = dict.fromkeys(joints.slots, 0.1)
     row = explore.simulate(explore.Linkage(table | {"loads": loads}), given, angles=[angle]).iloc[0]
     with mpmath.workdps(40):
         found = balance(joints, loads, mpf(speed), row, mpf(angle) * mpmath.pi / 180)

@@ -80,19 +80,19 @@ CLOSING_SIGNATURE = types.void(_F1, _SIZES, _F1, _F1, _DESIGN, _DESIGN, _NODE, _
 
 
 @compiled(CLOSING_SIGNATURE, allocates=True)
-def close_designs(record, sizes, blocked, starts, fill_constants, fill_chains, check, direct, rate):
+def close_designs(record, sizes, blocked, starts, fill_constants, fill_ties, check, direct, rate):
     """Fill a record.
 
     `blocked` are the statuses of designs that are blocked at each factor, and `starts` are where groups are sketched.
-    `fill_constants` and `fill_chains` fill the constants and the chains of groups from the record; `check`, `direct`
+    `fill_constants` and `fill_ties` fill the constants and the ties of groups from the record; `check`, `direct`
     and `rate` fill rows of a node for `turning`, `directions` and `reversals`.
     """
     constants = np.empty(sizes.constants * LANES)
     fill_constants(record, constants)
     if sizes.groups > 0:
-        chains = np.empty(sizes.groups * following.CHAINS_SIZE * LANES)
-        fill_chains(record, chains)
-        following.track_groups(chains, starts, sizes.groups, sizes.first_group, constants)
+        ties = np.empty(sizes.groups * following.TIES_SIZE * LANES)
+        fill_ties(record, ties)
+        following.track_groups(ties, starts, sizes.groups, sizes.first_group, constants)
     for lane in range(LANES):
         constants[CLOSED_ERROR_ROW * LANES + lane] = 0.0
         constants[SINGULAR_ANGLE_ROW * LANES + lane], constants[OTHERS_ROW * LANES + lane] = math.nan, 1.0

@@ -13,11 +13,11 @@ at g + (+- sqrt((r - h)(r + h)) - n.w) n. RPR: the direction of a link follows f
 in its slot, v apart, at the distance e across: v (+- sqrt(D - e^2) - i e)/D in complex numbers, D = v.v. Of the rates
 of these links see `turning_rates`.
 
-Of groups of four links see `group_equations`.
+Of groups of links see `group_equations`.
 """
 
-from explore.mechanisms.linkages.graph import Number, Series
-from explore.mechanisms.linkages.group_equations import Chain, pose_group
+from explore.mechanisms.linkages.graph import Series
+from explore.mechanisms.linkages.group_equations import Span, Tie, pose_group, rows_of
 from explore.mechanisms.linkages.group_steps import Bar, PoseGroup
 from explore.mechanisms.linkages.steps import (
     Circle,
@@ -252,7 +252,7 @@ class Equations(Trace):
         self._know(point, (g[0] + t * n[0], g[1] + t * n[1]), own, point)
 
     def _pose_group(self, step: PoseGroup) -> None:
-        first, second = (self._chain(step, bar) for bar in step.bars)
+        first, second = (self._tie(step, tie) for tie in step.ties)
         cosine, sine = self._angle.cosine.terms[0], self._angle.sine.terms[0]
         pose = pose_group(self.graph, cosine, sine, len(self.groups), (first, second))
         self.directions[step.first], self.directions[step.second] = pose.first, pose.second
@@ -263,32 +263,41 @@ class Equations(Trace):
         self._origins[step.second] = (place, self._local[step.second][pin])
         for link in (step.first, step.second):
             self._conditions_of_links[link] = 1.0 + pose.gain
-        self.factors.append(Factor(step.bars[0].end, pose.reach, pose.reach_size))
+        self.factors.append(Factor(step.joint, pose.reach, pose.reach_size))
         self.squares.append(pose.square)
-        self.groups.append(tuple(number for bar in step.bars for number in self._moved_chain(step, bar)))
+        self.groups.append((*rows_of(first), *rows_of(second)))
 
-    def _chain(self, step: PoseGroup, bar: Bar) -> Chain:
-        """The bar from its start over the known pins and the links to its end."""
-        (after, on_first), (before, starts) = self._way_to(step, step.second_pin), self._way_to(step, bar.start)
-        known = minus(self.points[after], self.points[before])
-        second = self.between(step.second, step.second_pin, bar.end)
-        bar_length = length(self.between(bar.link, bar.start, bar.end))
-        return Chain(known, local_of(minus(on_first, starts)), local_of(second), bar_length.terms[0])
+    def _tie(self, step: PoseGroup, tie: Bar | Slot) -> Tie:
+        if isinstance(tie, Bar):
+            bar_length = length(self.between(tie.link, tie.start, tie.end)).terms[0]
+            return Tie(self._way_to(step, tie.end) - self._way_to(step, tie.start), None, bar_length)
+        start, end = self._ends(tie)
+        inverse, zero = length(minus(end, start)).inverse(), local_of(self._zero)
+        unit = local_of((minus(end, start)[0] * inverse, minus(end, start)[1] * inverse))
+        is_known = tie.body not in (step.first, step.second)
+        bodies = (FRAME, self.table.driver, step.first, step.second)
+        along = Span(
+            self.slot_direction(tie) if is_known else self._zero,
+            *(unit if body == tie.body else zero for body in bodies),
+        )
+        return Tie(self._way_to(step, tie.pin) - self._way(step, tie.body, start), along, self.graph.constant(1.0))
 
-    def _way_to(self, step: PoseGroup, point: str) -> tuple[str, Vector]:
-        """A known point, and from there along the first link of a group to another one."""
-        if not step.carries(point):
-            return point, self._zero
-        return step.first_pin, self.between(step.first, step.first_pin, point)
+    def _way_to(self, step: PoseGroup, point: str) -> Span:
+        """A point of a group, as what moves with each body."""
+        body = step.body_of(point) or self._made_by[point]
+        way = self._way(step, body, self._local[body][point])
+        return way._replace(known=self.points[point]) if point in self.points else way
 
-    def _moved_chain(self, step: PoseGroup, bar: Bar) -> tuple[Number, ...]:
-        """The rows of a chain that `following` takes: c and g of C = c + g z, z the driver's direction; a, b and l."""
-        chain = self._chain(step, bar)
-        (c, g), (d, h) = (self._carried(self._way_to(step, point)[0]) for point in (step.second_pin, bar.start))
-        return (*local_of(minus(c, d)), *local_of(minus(g, h)), *chain.first, *chain.second, chain.length)
-
-    def _carried(self, point: str) -> tuple[Vector, Vector]:
-        """The place of a point as one of the frame and a vector of the driver."""
-        if self._made_by[point] == FRAME:
-            return self._local[FRAME][point], self._zero
-        return self._local[FRAME][self._pivot], self.between(self.table.driver, self._pivot, point)
+    def _way(self, step: PoseGroup, body: str, local: Vector) -> Span:
+        """A place of a body as what moves with the frame, with the driver, and with the links of a group."""
+        zero = local_of(self._zero)
+        if body == FRAME:
+            return Span(local, local_of(local), zero, zero, zero)
+        if body == step.first:
+            on_first = local_of(minus(local, self._local[body][step.first_pin]))
+            return self._way_to(step, step.first_pin)._replace(on_first=on_first)
+        if body == step.second:
+            on_second = local_of(minus(local, self._local[body][step.second_pin]))
+            return self._way_to(step, step.second_pin)._replace(on_second=on_second)
+        arm = minus(local, self._local[body][self._pivot])
+        return Span(self._in_plane(body, local), local_of(self._local[FRAME][self._pivot]), local_of(arm), zero, zero)

@@ -1,4 +1,4 @@
-"""A group of four links as rows of constants: knots of its path, from which `follow` gives places near the true ones.
+"""A group of links as rows of constants: knots of its path, from which `follow` gives places near the true ones.
 
 Knots are by p = 2 n + tan(phi/2), with phi the rest of the crank angle after n half turns. Between two knots the
 directions of both links are cubics by p, beside a fold by the root of its distance. Knots are so many
@@ -14,9 +14,9 @@ from numba import types
 from explore.base.compiling import LANES, compiled
 from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages.group_assemblies import find_assembly
-from explore.mechanisms.linkages.group_chains import CHAIN_SIZE, STATE_SIZE
 from explore.mechanisms.linkages.group_folds import distance_from_folds
 from explore.mechanisms.linkages.group_paths import FOLDED, LOST, MOST_STATES, REACHED, follow_path
+from explore.mechanisms.linkages.group_ties import STATE_SIZE, TIE_SIZE
 from explore.mechanisms.linkages.turning import ROUNDING
 
 #: Verdict on a group that is back in its assembly after a turn.
@@ -35,8 +35,8 @@ _KNOT_SIZE = 9
 _MOST_KNOTS = 96
 #: Number of constants of a group.
 GROUP_ROWS = _HEAD + _KNOT_SIZE * _MOST_KNOTS
-#: Number of numbers of the chains of a group.
-CHAINS_SIZE = 2 * CHAIN_SIZE
+#: Number of numbers of the ties of a group.
+TIES_SIZE = 2 * TIE_SIZE
 #: Number of numbers that tell where a group is sketched.
 START_SIZE = 4
 #: Share of the width of a square that cubics may miss.
@@ -115,19 +115,19 @@ def _interpolate(knots, one, step, place, fold, out, lane):
 
 
 @compiled(allocates=True)
-def track_groups(chains, starts, groups, first, constants):
-    """Fill the constants of groups from row `first` on; see `_moved_chain` of `equations` for the rows of chains.
+def track_groups(ties, starts, groups, first, constants):
+    """Fill the constants of groups from row `first` on; see `group_equations.rows_of` for the rows of ties.
 
     Of each group `starts` has the crank angle, rad, of its sketch, the directions of both links there, and the status
     of designs whose crank it blocks.
     """
-    own, knots = np.empty(CHAINS_SIZE), np.empty(GROUP_ROWS)
+    own, knots = np.empty(TIES_SIZE), np.empty(GROUP_ROWS)
     forward, backward = np.empty(MOST_STATES * STATE_SIZE), np.empty(MOST_STATES * STATE_SIZE)
     path = np.empty(2 * MOST_STATES * STATE_SIZE)
     for group in range(groups):
         for lane in range(LANES):
-            for k in range(CHAINS_SIZE):
-                own[k] = chains[(CHAINS_SIZE * group + k) * LANES + lane]
+            for k in range(TIES_SIZE):
+                own[k] = ties[(TIES_SIZE * group + k) * LANES + lane]
             _track(own, starts[START_SIZE * group :], forward, backward, path, knots)
             for k in range(GROUP_ROWS):
                 constants[(first + GROUP_ROWS * group + k) * LANES + lane] = knots[k]
@@ -155,11 +155,11 @@ def passes_seam(constants, at, start, length):
 
 
 @subroutine(allocates=True)
-def _track(chains, start, forward, backward, path, knots):
+def _track(ties, start, forward, backward, path, knots):
     """Fill the constants of a group."""
     for k in range(GROUP_ROWS):
         knots[k] = 0.0
-    found = find_assembly(chains, start[0], start[1], start[2], forward)
+    found = find_assembly(ties, start[0], start[1], start[2], forward)
     # a group without an assembly has an interval that no angle is in, and knots that are numbers
     knots[0], knots[1], knots[2], knots[3] = (BLOCKED if found < 0 else UNDECIDED), 0.0, -1.0, 2.0
     knots[_HEAD + _KNOT_SIZE] = 1.0
@@ -170,11 +170,11 @@ def _track(chains, start, forward, backward, path, knots):
     for k in range(STATE_SIZE):
         backward[k] = forward[k]
     begin, turn = start[0], 2.0 * math.pi
-    ahead, end = follow_path(chains, forward, 1, 1.0, begin + math.pi)
+    ahead, end = follow_path(ties, forward, 1, 1.0, begin + math.pi)
     last = forward[(ahead - 1) * STATE_SIZE] - turn if end == FOLDED else begin - math.pi
-    behind, other = (1, LOST) if end == LOST else follow_path(chains, backward, 1, -1.0, last)
+    behind, other = (1, LOST) if end == LOST else follow_path(ties, backward, 1, -1.0, last)
     if end == REACHED and other == FOLDED:
-        ahead, end = follow_path(chains, forward, ahead, 1.0, backward[(behind - 1) * STATE_SIZE] + turn)
+        ahead, end = follow_path(ties, forward, ahead, 1.0, backward[(behind - 1) * STATE_SIZE] + turn)
     if end == LOST or other == LOST:
         return
     count = ahead + behind - 1

@@ -30,9 +30,9 @@ Force = tuple[Number, ...]
 def balance_friction(equations: Equations, loading: Loading) -> tuple[Reactions, dict[Joint, Number], Number | None]:
     """The forces in the joints, the sizes of those of pins with friction, and the largest sum of the module.
 
-    Friction in slots alone is that of `Reactions`: then there are no sizes and no sum.
+    Friction in slots alone is that of `Reactions`, unless they hold groups: then there are no sizes and no sum.
     """
-    if not loading.bearings:
+    if not loading.needs_sizes:
         return Reactions(equations, loading), {}, None
     joints: list[Joint] = [*loading.bearings, *loading.friction]
     zero, one = equations.graph.constant(0.0), equations.graph.constant(1.0)

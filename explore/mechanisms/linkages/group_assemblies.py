@@ -1,6 +1,6 @@
-"""All assemblies of a group of four links at a crank angle, and the one that a sketch is nearest to.
+"""All assemblies of a group of links at a crank angle, and the one that a sketch is nearest to.
 
-At given alpha the chains are linear in cos(beta) and sin(beta), which follow from both; that the sum of their squares
+At given alpha the ties are linear in cos(beta) and sin(beta), which follow from both; that the sum of their squares
 is 1 leaves a trigonometric polynomial of third order in alpha, so there are at most six assemblies. Its zeros are
 found by halving cells until bounds of its derivatives show that there is none, or that it passes through 0 once.
 """
@@ -10,12 +10,12 @@ import math
 import numpy as np
 
 from explore.base.subroutines import subroutine
-from explore.mechanisms.linkages.group_chains import (
-    CHAIN_SIZE,
+from explore.mechanisms.linkages.group_ties import (
     PAIR_SIZE,
     STATE_SIZE,
+    TIE_SIZE,
     correct_angles,
-    evaluate_chains,
+    evaluate_ties,
 )
 
 #: Order of the polynomial.
@@ -41,17 +41,17 @@ _SETTLED = 1e-11
 
 
 @subroutine(allocates=True)
-def find_assembly(chains, angle, alpha, beta, state):
+def find_assembly(ties, angle, alpha, beta, state):
     """Fill the state that is nearest to alpha and beta at a crank angle.
 
     Return 1 if there is one, -1 if the group does not assemble there, and 0 if that is not decided.
     """
     coefficients, roots, best, second = np.empty(2 * _ORDER + 1), np.empty(2 * _ORDER + 1), -3.0, -3.0
-    _find_coefficients(chains, angle, coefficients)
+    _find_coefficients(ties, angle, coefficients)
     count = _find_zeros(coefficients, roots)
     trial = np.empty(STATE_SIZE)
     for k in range(count):
-        if not _complete(chains, angle, roots[k], trial):
+        if not _complete(ties, angle, roots[k], trial):
             return 0
         nearness = math.cos(trial[1] - alpha) + math.cos(trial[2] - beta)
         if nearness > best:
@@ -66,31 +66,31 @@ def find_assembly(chains, angle, alpha, beta, state):
 
 
 @subroutine()
-def _solve_second(chains, cz, sz, alpha):
+def _solve_second(ties, cz, sz, alpha):
     """Cosine and sine of beta times their determinant, the determinant, and the sum of its terms."""
     cu, su = math.cos(alpha), math.sin(alpha)
     m1 = n1 = k1 = m2 = n2 = k2 = 0.0
     for i in range(2):
-        chain = chains[i * CHAIN_SIZE :]
-        x = chain[0] + chain[2] * cz - chain[3] * sz + chain[4] * cu - chain[5] * su
-        y = chain[1] + chain[2] * sz + chain[3] * cz + chain[4] * su + chain[5] * cu
-        bx, by, length = chain[6], chain[7], chain[8]
+        tie = ties[i * TIE_SIZE :]
+        cd, sd = cu * cz + su * sz, su * cz - cu * sz
         m1, n1, k1 = m2, n2, k2
-        m2, n2 = x * bx + y * by, y * bx - x * by
-        k2 = -0.5 * (x * x + y * y + bx * bx + by * by - length * length)
+        # the factor of w, whose cosine is beta's
+        m2 = tie[5] + tie[9] * cz + tie[10] * sz + tie[11] * cu + tie[12] * su
+        n2 = tie[9] * sz - tie[10] * cz + tie[11] * su - tie[12] * cu - tie[6]
+        k2 = -(tie[0] + tie[1] * cz - tie[2] * sz + tie[3] * cu - tie[4] * su + tie[7] * cd - tie[8] * sd)
     determinant = m1 * n2 - n1 * m2
     return k1 * n2 - n1 * k2, m1 * k2 - k1 * m2, determinant, abs(m1 * n2) + abs(n1 * m2)
 
 
 @subroutine(allocates=True)
-def _find_coefficients(chains, angle, coefficients):
+def _find_coefficients(ties, angle, coefficients):
     """Fill the mean, and the coefficients of cosines and sines, of the polynomial."""
     cz, sz = math.cos(angle), math.sin(angle)
     for k in range(2 * _ORDER + 1):
         coefficients[k] = 0.0
     for j in range(_VALUES):
         alpha = 2.0 * math.pi * j / _VALUES
-        c, s, d, _ = _solve_second(chains, cz, sz, alpha)
+        c, s, d, _ = _solve_second(ties, cz, sz, alpha)
         value = (c * c + s * s - d * d) / _VALUES
         coefficients[0] += value
         for k in range(1, _ORDER + 1):
@@ -170,14 +170,14 @@ def _zero_between(coefficients, low, high, rises):
 
 
 @subroutine(allocates=True)
-def _complete(chains, angle, alpha, state):
+def _complete(ties, angle, alpha, state):
     """Fill the state at a crank angle and about alpha; return whether it is one."""
-    c, s, determinant, size = _solve_second(chains, math.cos(angle), math.sin(angle), alpha)
+    c, s, determinant, size = _solve_second(ties, math.cos(angle), math.sin(angle), alpha)
     if not abs(determinant) > _LEAST_DETERMINANT * size:
         return False
     state[0], state[1], state[2] = angle, alpha, math.atan2(s / determinant, c / determinant)
     pair, change = np.empty(PAIR_SIZE), 1.0
     for _ in range(_STEPS):
-        evaluate_chains(chains, state, pair)
+        evaluate_ties(ties, state, pair)
         change = correct_angles(pair, state)
     return change < _SETTLED and abs(state[1] - alpha) < 1e-3

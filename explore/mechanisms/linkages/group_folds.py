@@ -1,4 +1,4 @@
-"""How far a crank angle is between the two folds of a group of four links, by p of `following`."""
+"""How far a crank angle is between the two folds of a group of links, by p of `following`."""
 
 import math
 

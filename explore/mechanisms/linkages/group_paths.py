@@ -1,9 +1,9 @@
-"""A group of four links followed along the crank angle, each step of which is proved (test of Krawczyk).
+"""A group of links followed along the crank angle, each step of which is proved (test of Krawczyk).
 
 A step goes from one assembly along the parabola that touches its path. It is sure if a square about the parabola holds
 one assembly at each crank angle: with the inverse P of the slopes at the start, what the parabola misses, times P, and
 by how much P times the slopes differs from 1 in the square, times its half width r, are less than r together. All
-derivatives are bounded by the lengths of the chains. A path that ends does so where two assemblies meet (a fold).
+derivatives are bounded by the sizes of the terms of ties. A path that ends does so where two assemblies meet (a fold).
 """
 
 import math
@@ -11,17 +11,25 @@ import math
 import numpy as np
 
 from explore.base.subroutines import subroutine
-from explore.mechanisms.linkages.group_chains import (
-    CHAIN_SIZE,
+from explore.mechanisms.linkages.group_ties import (
+    BY_ALPHA,
+    BY_BETA,
+    BY_THETA,
     CURVING,
     INVERSE,
     PAIR_SIZE,
+    ROUNDED,
+    SIZES,
     STATE_SIZE,
     TERM_SIZE,
+    TIE_SIZE,
+    VALUE,
     correct_angles,
     derive_angles,
-    evaluate_chains,
-    length_of,
+    evaluate_ties,
+    rate_by_alpha,
+    rate_by_beta,
+    rate_of_determinant,
 )
 
 #: Largest number of states of a path.
@@ -42,9 +50,9 @@ _NEAR_FOLD = 1e-7
 _SURE = 0.9
 #: Share of the slopes that their change within the square may take.
 _SHARE = 0.25
-#: Rounding error of V.V, relative to the square of the sum of the lengths.
+#: Rounding error of a tie, relative to the sizes of its terms.
 _ROUNDING = 1e-14
-#: Rounding error of V, relative to the sum of the lengths: a few units.
+#: Rounding error of a tie at a fold, relative to the same: a few units.
 _FEW_UNITS = 1e-15
 #: Steps of Newton's method.
 _MOST_STEPS = 12
@@ -53,11 +61,11 @@ _SAME = 1e-14
 #: Largest last change of angles by Newton's method, whose square is what they are off by then, rad.
 _NEARLY_SAME = 1e-9
 #: Numbers of the work space of the test.
-_WORK_SIZE = 6
+_WORK_SIZE = 12
 
 
 @subroutine(allocates=True)
-def follow_path(chains, path, count, sense, end):
+def follow_path(ties, path, count, sense, end):
     """Follow a path from its last state to the crank angle `end`; return the number of states and how it ends.
 
     The angles of a path have the sense 1 or -1. A fold is its last state, without rates.
@@ -66,20 +74,20 @@ def follow_path(chains, path, count, sense, end):
     trial, length = np.empty(STATE_SIZE), _LONGEST
     while count < MOST_STATES:
         state = path[(count - 1) * STATE_SIZE :]
-        determinant = evaluate_chains(chains, state, pair)
+        determinant = evaluate_ties(ties, state, pair)
         derive_angles(pair, state)
-        state[5] = _unique_radius(chains, pair)
+        state[5] = _unique_radius(ties, pair)
         if not sense * (end - state[0]) > 0.0:
             return count, REACHED
-        distance = -0.5 * sense * determinant / _determinant_slope(pair, state)
-        if distance > 0.0 and distance < _NEAR_FOLD and _find_fold(chains, state, sense * distance, trial):
+        distance = -0.5 * sense * determinant / rate_of_determinant(pair, 1.0, state[3], state[4])
+        if distance > 0.0 and distance < _NEAR_FOLD and _find_fold(ties, state, sense * distance, trial):
             for k in range(STATE_SIZE):
                 path[count * STATE_SIZE + k] = trial[k]
             return count + 1, FOLDED
         corner = _next_corner(state[0], sense)
         target = end if sense * (end - corner) < 0.0 else corner
         length = min(1.5 * length, _LONGEST)
-        while not _take_step(chains, pair, state, sense * length, target, trial, other, work):
+        while not _take_step(ties, pair, state, sense * length, target, trial, other, work):
             length *= 0.7
             if length < _SHORTEST:
                 return count, LOST
@@ -97,58 +105,65 @@ def _next_corner(angle, sense):
 
 
 @subroutine()
-def _take_step(chains, pair, state, step, target, trial, other, work):
+def _take_step(ties, pair, state, step, target, trial, other, work):
     """Fill the state that a step leads to, at the target where that is nearer, if the step is sure."""
     is_whole = abs(step) >= abs(target - state[0])
     step = target - state[0] if is_whole else step
-    if not _is_sure(chains, pair, state, step, work):
+    if not _is_sure(ties, pair, state, step, work):
         return False
     trial[0] = target if is_whole else state[0] + step
     for k in range(2):
         trial[1 + k] = state[1 + k] + step * (state[3 + k] + 0.5 * step * pair[CURVING + k])
     alpha, beta, change, steps = trial[1], trial[2], 1.0, 0
     while change > _NEARLY_SAME and steps < _MOST_STEPS:
-        evaluate_chains(chains, trial, other)
+        evaluate_ties(ties, trial, other)
         change, steps = correct_angles(other, trial), steps + 1
     return abs(trial[1] - alpha) <= state[5] and abs(trial[2] - beta) <= state[5] and change <= _NEARLY_SAME
 
 
+@subroutine(inlined=True)
+def _bends(sizes):
+    """The sum of bounds of the second derivatives of a tie by alpha and beta."""
+    return sizes[1] + sizes[2] + sizes[3] + sizes[4] + 4.0 * sizes[5]
+
+
 @subroutine()
-def _unique_radius(chains, pair):
+def _unique_radius(ties, pair):
     """Half the width of a square of angles in which slopes change by a share of themselves."""
     first, second = 0.0, 0.0
     for i in range(2):
-        chain = chains[i * CHAIN_SIZE :]
-        arms = length_of(chain[4], chain[5]) + length_of(chain[6], chain[7])
-        first += abs(pair[INVERSE + i]) * arms * (chain[8] + arms)
-        second += abs(pair[INVERSE + 2 + i]) * arms * (chain[8] + arms)
+        bends = _bends(ties[i * TIE_SIZE + SIZES :])
+        first += abs(pair[INVERSE + i]) * bends
+        second += abs(pair[INVERSE + 2 + i]) * bends
     return min(_SHARE / max(first, second), 0.5)
 
 
 @subroutine()
-def _is_sure(chains, pair, state, step, work):
+def _is_sure(ties, pair, state, step, work):
     """Whether a step is sure; the square has the half width of the state."""
     radius, size, curve = state[5], abs(step), pair[CURVING:]
     for k in range(_WORK_SIZE):
         work[k] = 0.0
-    slopes, rest = work, work[4:]
+    slopes, rest, rates = work, work[4:], work[6:]
+    # bounds of the rates that the terms turn at along the parabola; their changes are the second derivatives
+    alpha, beta, between = abs(curve[0]), abs(curve[1]), abs(curve[1] - curve[0])
+    rates[0], rates[1], rates[2] = 1.0, abs(state[3]) + size * alpha, abs(state[4]) + size * beta
+    rates[3], rates[4] = abs(state[3] - 1.0) + size * alpha, abs(state[4] - 1.0) + size * beta
+    rates[5] = abs(state[4] - state[3]) + size * between
     for i in range(2):
-        chain, terms = chains[i * CHAIN_SIZE :], pair[i * TERM_SIZE :]
-        g, a, b = length_of(chain[2], chain[3]), length_of(chain[4], chain[5]), length_of(chain[6], chain[7])
-        # bounds of the rates of the angles, and of V and its first three derivatives, along the parabola
-        alpha, beta = abs(state[3]) + size * abs(curve[0]), abs(state[4]) + size * abs(curve[1])
-        v1 = g + a * alpha + b * beta
-        first, second = alpha * alpha + abs(curve[0]), beta * beta + abs(curve[1])
-        v2 = g + a * first + b * second
-        v3 = g + a * alpha * (first + 2.0 * abs(curve[0])) + b * beta * (second + 2.0 * abs(curve[1]))
-        v0 = chain[8] + size * v1
-        total = length_of(chain[0], chain[1]) + g + a + b
-        miss = abs(terms[8]) + _ROUNDING * total * total + size * size * size / 6.0 * (3.0 * v1 * v2 + v0 * v3)
-        # by how much slopes change in the square and, but for their rates at the start, along the parabola
-        far = v0 + (a + b) * radius
-        bends = a * (first * v0 + 2.0 * alpha * v1 + v2) + b * (second * v0 + 2.0 * beta * v1 + v2)
-        change = 0.5 * size * size * bends + radius * (a + b) * (far + a + b)
-        of_alpha, of_beta = _slope_rate(terms, 4, state[3], state), _slope_rate(terms, 6, state[4], state)
+        tie, terms = ties[i * TIE_SIZE :], pair[i * TERM_SIZE :]
+        sizes = tie[SIZES:]
+        third, change = 0.0, radius * _bends(sizes)
+        for k in range(6):
+            rate, of_term = rates[k], sizes[k]
+            turning = 0.0 if k == 0 else between if k == 5 else alpha if k % 2 == 1 else beta
+            third += of_term * rate * (rate * rate + 3.0 * turning)
+            # by how much slopes change but for their rates at the start; the last term is in both
+            share = 0.0 if k == 0 else 2.0 if k == 5 else 1.0
+            change += 0.5 * size * size * share * of_term * (rate * rate + turning)
+        miss = abs(terms[VALUE]) + _ROUNDING * tie[ROUNDED] + size * size * size / 6.0 * third
+        of_alpha = rate_by_alpha(terms, 1.0, state[3], state[4])
+        of_beta = rate_by_beta(terms, 1.0, state[3], state[4])
         for k in range(2):
             inverse = pair[INVERSE + 2 * k + i]
             slopes[2 * k] += inverse * of_alpha
@@ -159,27 +174,9 @@ def _is_sure(chains, pair, state, step, work):
     return one <= _SURE and other <= _SURE
 
 
-@subroutine()
-def _slope_rate(terms, arm, rate, state):
-    """The derivative along a path of the slope that belongs to the arm a u or b w of a chain; `rate` is its angle's."""
-    x, y = terms[arm], terms[arm + 1]
-    wx = terms[2] + terms[4] * state[3] + terms[6] * state[4]
-    wy = terms[3] + terms[5] * state[3] + terms[7] * state[4]
-    return x * wx + y * wy - rate * (x * terms[0] + y * terms[1])
-
-
-@subroutine()
-def _determinant_slope(pair, state):
-    """The derivative of the determinant along a path."""
-    other = pair[TERM_SIZE:]
-    p, q = _slope_rate(pair, 4, state[3], state), _slope_rate(pair, 6, state[4], state)
-    r, s = _slope_rate(other, 4, state[3], state), _slope_rate(other, 6, state[4], state)
-    return p * other[10] + pair[9] * s - q * other[9] - pair[10] * r
-
-
 @subroutine(allocates=True)
-def _find_fold(chains, state, distance, fold):
-    """Fill the fold at about a distance, by Newton's method for both chains and the determinant; return if it is.
+def _find_fold(ties, state, distance, fold):
+    """Fill the fold at about a distance, by Newton's method for both ties and the determinant; return if it is.
 
     Its last number is the error of its crank angle, rad.
     """
@@ -189,9 +186,9 @@ def _find_fold(chains, state, distance, fold):
         # angles go as the root of the distance
         fold[1 + k], fold[3 + k] = state[1 + k] + 2.0 * distance * state[3 + k], math.nan
     while change > _SAME and steps < _MOST_STEPS:
-        determinant = evaluate_chains(chains, fold, pair)
+        determinant = evaluate_ties(ties, fold, pair)
         change, steps = _correct_fold(pair, determinant, fold, moved), steps + 1
-    fold[5] = _fold_error(chains, pair)
+    fold[5] = _fold_error(ties, pair)
     away, is_own = (fold[0] - state[0]) / distance, True
     expected = abs(2.0 * (fold[0] - state[0]) * state[3]) + abs(2.0 * (fold[0] - state[0]) * state[4])
     for k in range(2):
@@ -202,19 +199,14 @@ def _find_fold(chains, state, distance, fold):
 
 
 @subroutine()
-def _fold_error(chains, pair):
-    """The error of the crank angle of a fold, rad: what rounding errors of the chains move it by."""
+def _fold_error(ties, pair):
+    """The error of the crank angle of a fold, rad: what rounding errors of the ties move it by."""
     other = pair[TERM_SIZE:]
-    first = abs(pair[9]) + abs(other[9]) > abs(pair[10]) + abs(other[10])
-    # multiples of both chains whose sum does not change with alpha and beta
-    one, two = (other[9], -pair[9]) if first else (other[10], -pair[10])
-    slope, error = one * pair[11] + two * other[11], 0.0
-    for i in range(2):
-        chain = chains[i * CHAIN_SIZE :]
-        total = length_of(chain[0], chain[1]) + length_of(chain[2], chain[3])
-        total += length_of(chain[4], chain[5]) + length_of(chain[6], chain[7])
-        error += abs(one if i == 0 else two) * _FEW_UNITS * total * chain[8]
-    return error / abs(slope) + _FEW_UNITS
+    first = abs(pair[BY_ALPHA]) + abs(other[BY_ALPHA]) > abs(pair[BY_BETA]) + abs(other[BY_BETA])
+    # multiples of both ties whose sum does not change with alpha and beta
+    one, two = (other[BY_ALPHA], -pair[BY_ALPHA]) if first else (other[BY_BETA], -pair[BY_BETA])
+    error = _FEW_UNITS * (abs(one) * ties[ROUNDED] + abs(two) * ties[TIE_SIZE + ROUNDED])
+    return error / abs(one * pair[BY_THETA] + two * other[BY_THETA]) + _FEW_UNITS
 
 
 @subroutine(allocates=True)
@@ -225,11 +217,13 @@ def _correct_fold(pair, determinant, fold, moved):
         # the derivative by one angle is that along a path on which the others rest
         for m in range(3):
             moved[m] = 1.0 if m == k else 0.0
-        p, q = _slope_by(pair, 4, moved), _slope_by(pair, 6, moved)
-        r, s = _slope_by(other, 4, moved), _slope_by(other, 6, moved)
-        gradient[k] = p * other[10] + pair[9] * s - q * other[9] - pair[10] * r
-    rows = ((pair[11], pair[9], pair[10]), (other[11], other[9], other[10]), (gradient[0], gradient[1], gradient[2]))
-    misses, whole = (pair[8], other[8], determinant), _determinant_of(rows[0], rows[1], rows[2])
+        gradient[k] = rate_of_determinant(pair, moved[0], moved[1], moved[2])
+    rows = (
+        (pair[BY_THETA], pair[BY_ALPHA], pair[BY_BETA]),
+        (other[BY_THETA], other[BY_ALPHA], other[BY_BETA]),
+        (gradient[0], gradient[1], gradient[2]),
+    )
+    misses, whole = (pair[VALUE], other[VALUE], determinant), _determinant_of(rows[0], rows[1], rows[2])
     length = 0.0
     for k in range(3):
         replaced = np.empty(9)
@@ -240,15 +234,6 @@ def _correct_fold(pair, determinant, fold, moved):
         fold[k] += change
         length += abs(change)
     return length
-
-
-@subroutine()
-def _slope_by(terms, arm, rates):
-    """The derivative of the slope of an arm at rates of theta, alpha and beta."""
-    x, y = terms[arm], terms[arm + 1]
-    wx = rates[0] * terms[2] + rates[1] * terms[4] + rates[2] * terms[6]
-    wy = rates[0] * terms[3] + rates[1] * terms[5] + rates[2] * terms[7]
-    return x * wx + y * wy - rates[(arm - 2) // 2] * (x * terms[0] + y * terms[1])
 
 
 @subroutine(inlined=True)

@@ -1,10 +1,10 @@
-"""Groups of four links that no dyad solves: two links with a bar between them, or to a known point, and one more."""
+"""Groups of links that no dyad solves: two links that two ties hold to each other or to known bodies, bars or slots."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations
 
-from explore.mechanisms.linkages.table import Body
+from explore.mechanisms.linkages.table import Body, Slot
 
 
 @dataclass(frozen=True)
@@ -18,22 +18,34 @@ class Bar:
 
 @dataclass(frozen=True)
 class PoseGroup:
-    """The poses of two links from two bars.
+    """The poses of two links from two ties.
 
-    The first link turns about a known pin. The second one does as well, or about a point of the first. Each bar joins
-    the second link with the first one or with a known point. `on_first` are the points that move with the first link.
+    The first link turns about a known pin. The second one does as well, or about a point of the first. Each tie is a
+    bar that joins the second link with the first one or with a known point, or a slot that one of these has and whose
+    pin another one has. `on_first` are the points that move with the first link, `on_second` the others of the second.
     """
 
     first: str
     first_pin: str
     second: str
     second_pin: str
-    bars: tuple[Bar, Bar]
+    ties: tuple[Bar | Slot, Bar | Slot]
     on_first: frozenset[str]
+    on_second: frozenset[str]
 
     def carries(self, point: str) -> bool:
         """Whether a point moves with the first link."""
         return point in self.on_first
+
+    def body_of(self, point: str) -> str:
+        """The link of the group that a point moves with; empty for a known point."""
+        return self.first if point in self.on_first else self.second if point in self.on_second else ""
+
+    @property
+    def joint(self) -> str:
+        """The joint that is named where the group does not assemble."""
+        tie = self.ties[0]
+        return tie.end if isinstance(tie, Bar) else tie.pin
 
 
 def groups_of(steps: Iterable[object]) -> list[PoseGroup]:
@@ -41,19 +53,30 @@ def groups_of(steps: Iterable[object]) -> list[PoseGroup]:
     return [step for step in steps if isinstance(step, PoseGroup)]
 
 
-def find_group(free: Sequence[Body], known: Collection[str]) -> PoseGroup | None:
-    """A group of links that are not posed yet, from known points; None if there is none."""
+def find_group(free: Sequence[Body], slots: Sequence[Slot], known: Mapping[str, str]) -> PoseGroup | None:
+    """A group of links that are not posed yet, from slots and the bodies of known points; None if there is none."""
     for first, second in permutations(free, 2):
         hung = [point for point in first.place_of if point in known]
         pins = [point for point in second.place_of if point in known or point in first.place_of]
         if len(hung) != 1 or len(pins) != 1:
             continue
         others = [body for body in free if body not in (first, second)]
+        on_first, on_second = ({*link.place_of} - {pin} for link, pin in ((first, hung[0]), (second, pins[0])))
         bars = [bar for body in others if (bar := _bar_between(body, first, second, pins[0], known))]
-        if len(bars) == 2:
-            carried = frozenset(first.place_of) - {hung[0]}
-            return PoseGroup(first.name, hung[0], second.name, pins[0], (bars[0], bars[1]), carried)
+        held = [slot for slot in slots if _holds(slot, first, second, known)]
+        ties: list[Bar | Slot] = [*bars, *held]
+        if len(ties) == 2:
+            points = frozenset(on_first), frozenset(on_second)
+            return PoseGroup(first.name, hung[0], second.name, pins[0], (ties[0], ties[1]), *points)
     return None
+
+
+def _holds(slot: Slot, first: Body, second: Body, known: Mapping[str, str]) -> bool:
+    """Whether a slot holds the second link to the first one or to a known body."""
+    others = {first.name, *known.values()}
+    if slot.body == second.name:
+        return slot.pin not in second.place_of and (slot.pin in known or slot.pin in first.place_of)
+    return slot.body in others and slot.pin in second.place_of and slot.pin not in known
 
 
 def _bar_between(body: Body, first: Body, second: Body, pin: str, known: Collection[str]) -> Bar | None:

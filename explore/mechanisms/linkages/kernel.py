@@ -97,7 +97,7 @@ def make_kernel(
         [float(statuses.blocked_at(joints.index(each.joint))) for each in equations.factors],
         _starts(equations, joints),
         rows.of_design("design", parameters),
-        rows.of_chains("chains", list(chain(*equations.groups)), parameters) if equations.groups else None,
+        rows.of_ties("ties", list(chain(*equations.groups)), parameters) if equations.groups else None,
         {name: rows.of_angle(name, numbers) for name, numbers in of_nodes.items() if numbers},
         rows.from_parameters("disturbed_rate", rate[:2]),
     )
@@ -121,7 +121,7 @@ def make_kernel(
 
 def _starts(equations: Equations, joints: Sequence[str]) -> list[float]:
     """Where each group is sketched, rad, and the status of a crank that it blocks; see `following`."""
-    ends = [group.bars[0].end for group in groups_of(equations.steps)]
+    ends = [group.joint for group in groups_of(equations.steps)]
     codes = [float(statuses.blocked_at(joints.index(end))) for end in ends]
     starts = equations.table.starts
     return [each for start, code in zip(starts, codes, strict=True) for each in (*map(math.radians, start), code)]
@@ -164,7 +164,7 @@ class _Closing:
     blocked: Sequence[float]
     starts: Sequence[float]
     design: Program
-    chains: Program | None
+    ties: Program | None
     of_nodes: Mapping[str, Program]
     reversals: Program
 
@@ -172,12 +172,12 @@ class _Closing:
         """The function, and those that it passes, in LLVM's language."""
         return "".join([
             vector_code.HEAD, vector_code.design_function(self.design),
-            vector_code.design_function(self.chains) if self.chains else "",
+            vector_code.design_function(self.ties) if self.ties else "",
             *map(vector_code.node_function, self.of_nodes.values()),
             *([vector_code.fill_function(self.reversals, is_disturbed=True)] if self.sizes.has_strokes else ()),
             calling_code.close_function(
                 self.sizes, self.blocked, self.starts,
-                ["design", "chains" if self.chains else "", *_present(self.of_nodes)],
+                ["design", "ties" if self.ties else "", *_present(self.of_nodes)],
             ),
         ])  # fmt: skip
 
@@ -186,7 +186,7 @@ class _Closing:
         of_nodes = [self.of_nodes.get(name) for name in _present(self.of_nodes)]
         functions = [
             page_code.design_function(self.design, word_of),
-            page_code.design_function(self.chains, word_of) if self.chains else "null",
+            page_code.design_function(self.ties, word_of) if self.ties else "null",
             *(page_code.node_function(program, word_of) if program else "null" for program in of_nodes),
         ]
         return page_code.close_function(

@@ -17,8 +17,8 @@ from explore.model.drawing import Panel
 from explore.model.quantities import Formula, Signal
 
 _TORQUE = "drive_torque"
-#: Signal of how near friction of pins is to locking.
-_PIN_RATIO = "lock_ratio"
+#: Signal of how near friction of pins, or of slots of groups, is to locking.
+_LOCK_RATIO = "lock_ratio"
 #: Pole order of products of accelerations and velocities.
 _POLE_ORDER = 6
 
@@ -48,8 +48,8 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
         words = "power that dampers, friction and what opposes motions take"
         yield _quantity(loading, loading.loss, "friction_power", "W", words)
     if sum_of_gains is not None:
-        words = "friction of pins over that at which it may lock"
-        ratio = _quantity(loading, sum_of_gains, _PIN_RATIO, "1", words, 0)
+        words = "friction over that at which it may lock"
+        ratio = _quantity(loading, sum_of_gains, _LOCK_RATIO, "1", words, 0)
         yield replace(ratio, signal=replace(ratio.signal, corner_levels=(1.0,)))
     yield from _find_forces(loading, reactions, table, table.loads)
 
@@ -111,9 +111,9 @@ def _quantity(
     loading: Loading, number: Number, name: str, unit: str, long_name: str, speed_power: int = 1,
     corners_at: tuple[str, ...] = (),
 ) -> Quantity:  # fmt: skip
-    whats = ("normal_force",) if loading.bearings else ("lock_ratio", "normal_force")
+    whats = ("normal_force",) if loading.needs_sizes else ("lock_ratio", "normal_force")
     rough = [f"{slot}_{what}" for slot in loading.loads.rough_slots for what in whats]
-    rough += [_PIN_RATIO] if loading.bearings else []
+    rough += [_LOCK_RATIO] if loading.needs_sizes else []
     # A force that passes through 0 has a corner in its size, such as that along a link without a mass.
     rough += [f"{each.pin}_force_on_{each.body}_x" for each in loading.bearings.values()]
     corners_at = (*corners_at, *loading.senses, *map(place_signal, loading.loads.curves), *rough)

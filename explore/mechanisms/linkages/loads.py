@@ -25,7 +25,9 @@ from explore.mechanisms.linkages.curves import place_of_curve, value_of_curve
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import read_expression
 from explore.mechanisms.linkages.graph import SENSES, Number, Series
+from explore.mechanisms.linkages.group_steps import groups_of
 from explore.mechanisms.linkages.load_table import Element, Loads, Mass
+from explore.mechanisms.linkages.table import Slot
 from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minus
 
 #: Units of amounts that are not negative, and that 0 leaves out.
@@ -109,6 +111,12 @@ class Loading:
     def loss(self) -> Number:
         """The power that dampers, friction and what opposes motions take, over the speed, N m."""
         return self._loss * self._meters
+
+    @property
+    def needs_sizes(self) -> bool:
+        """Whether friction follows from sizes of forces that are solved for together: of pins, or slots of groups."""
+        ties = [tie for group in groups_of(self._equations.steps) for tie in group.ties]
+        return bool(self.bearings) or any(isinstance(tie, Slot) and tie.name in self.friction for tie in ties)
 
     def take_friction(self, across: Mapping[str, Number], sizes: Mapping[Joint, Number]) -> None:
         """Take the power of friction from the forces across slots and the sizes of those of pins, N."""

@@ -133,9 +133,9 @@ class Rows:
         writes = [(row, k) for k, row in self._rows.items() if k not in self._written_last]
         return self._of_record(name, writes, parameters)
 
-    def of_chains(self, name: str, chains: Sequence[Number], parameters: Mapping[str, int]) -> Program:
-        """The program that fills rows of the chains of groups from the rows of parameters."""
-        return self._of_record(name, [(row, each.index) for row, each in enumerate(chains)], parameters)
+    def of_ties(self, name: str, ties: Sequence[Number], parameters: Mapping[str, int]) -> Program:
+        """The program that fills rows of the ties of groups from the rows of parameters."""
+        return self._of_record(name, [(row, each.index) for row, each in enumerate(ties)], parameters)
 
     def _of_record(self, name: str, writes: Sequence[tuple[int, int]], parameters: Mapping[str, int]) -> Program:
         """The program that fills rows from the rows of parameters."""

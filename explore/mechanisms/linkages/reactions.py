@@ -12,7 +12,7 @@ gives C, and the force q across without friction::
     N = q/(1 - r sign(q)),    r = mu s C/D
 
 This is unique while |r| < 1; else friction can lock the slot, and there is no number. `friction` solves for the sizes
-of forces where pins have friction too; here they are given, and N = q + r |N|.
+of forces where pins have friction too, or slots of groups; here they are given, and N = q + r |N|.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from types import MappingProxyType
 
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
-from explore.mechanisms.linkages.group_steps import PoseGroup
+from explore.mechanisms.linkages.group_steps import Bar, PoseGroup
 from explore.mechanisms.linkages.loads import Joint, Loading
 from explore.mechanisms.linkages.steps import (
     Circle,
@@ -152,40 +152,54 @@ class Reactions:
         self._guide(step.slide, a, step.slot.pin)
 
     def _pose_group(self, step: PoseGroup) -> None:
-        """The forces of two bars along them follow from the moments of both links about their pins."""
+        """The forces of two ties along them follow from the moments of both links about their pins."""
         first, second = self._moment(step.first, step.first_pin), self._moment(step.second, step.second_pin)
         arm, is_carried = self._arm(step.first_pin, step.second_pin), step.carries(step.second_pin)
         first = first + (cross(arm, self._total(step.second)) if is_carried else self._zero)
-        known, directions, slopes = [], [], []
-        for bar in step.bars:
-            force, along = self._force_of(bar.end, Circle(bar.link, bar.start))
-            lever = self._arm(step.second_pin, bar.end)
-            # what pushes the end on pushes the start, or the pin of the second link, on the first link
-            across = self._arm(step.first_pin, bar.start)
-            starts_on_first = step.carries(bar.start)
+        known, slopes = [], []
+        for tie in step.ties:
+            force, along, point = self._push(step, tie)
+            lever = self._arm(step.second_pin, point)
             second = second + cross(lever, force)
-            if starts_on_first:
-                first = first + cross(across, minus(self._total(bar.link), force))
-            on_first = -cross(across, along) if starts_on_first else self._zero
+            on_first, start = self._zero, tie.start if isinstance(tie, Bar) else tie.pin
+            # what pushes the second link pushes the first one, or the pin of the second link on the first one
+            if step.carries(start) or (isinstance(tie, Slot) and tie.body == step.first):
+                own = self._total(tie.link) if isinstance(tie, Bar) else (self._zero, self._zero)
+                across = self._arm(step.first_pin, start)
+                first, on_first = first + cross(across, minus(own, force)), -cross(across, along)
             if is_carried:
                 first, on_first = first + cross(arm, force), on_first + cross(arm, along)
-            known.append(force)
-            directions.append(along)
+            known.append((force, along))
             slopes.append((on_first, cross(lever, along)))
         (p, q), (r, s) = slopes
         inverse = 1.0 / (p * s - q * r)
         shares = (r * second - s * first) * inverse, (q * first - p * second) * inverse
-        for bar, force, along, share in zip(step.bars, known, directions, shares, strict=True):
+        for tie, (force, along), share in zip(step.ties, known, shares, strict=True):
+            if isinstance(tie, Slot):
+                self._press(tie, share)
+                if body := step.body_of(tie.pin):
+                    self._pass_on(tie.pin, body)
+                continue
             x, y = _sum(force, _times(along, share))
-            self._put(bar.end, bar.link, (-x, -y))
-            self._pass_on(bar.end, step.second)
-            self._hold(bar.link, bar.start)
-            if step.carries(bar.start):
-                self._pass_on(bar.start, step.first)
+            self._put(tie.end, tie.link, (-x, -y))
+            self._pass_on(tie.end, step.second)
+            self._hold(tie.link, tie.start)
+            if step.carries(tie.start):
+                self._pass_on(tie.start, step.first)
         self._hold(step.second, step.second_pin)
         if is_carried:
             self._pass_on(step.second_pin, step.first)
         self._hold(step.first, step.first_pin)
+
+    def _push(self, step: PoseGroup, tie: Bar | Slot) -> tuple[Local, Local, str]:
+        """The force of a tie on the second link of a group: what is known, the direction of the rest, and where."""
+        if isinstance(tie, Bar):
+            return *self._force_of(tie.end, Circle(tie.link, tie.start)), tie.end
+        # what acts on the pin; its friction is known
+        force, along = self._rub(tie, self._zero), self._normal(tie)
+        if tie.body == step.second:
+            force, along = _times(force, -1.0), _times(along, -1.0)
+        return force, along, tie.pin
 
     def _arm(self, start: str, end: str) -> Local:
         return minus(self._place(end), self._place(start))
@@ -322,5 +336,5 @@ def _sum(first: Local, second: Local) -> Local:
     return first[0] + second[0], first[1] + second[1]
 
 
-def _times(vector: Local, factor: Number) -> Local:
+def _times(vector: Local, factor: Number | float) -> Local:
     return vector[0] * factor, vector[1] * factor

@@ -2,8 +2,8 @@
 
 A point on two known circles or lines becomes known, and so does a link with two known points. This finds the dyads RRR
 (two circles), RRP (circle and line), PRP (two lines) and RPR (a link with a known point whose slot has a known pin)
-without naming them. Where nothing follows any more, four links may follow together, two of them as bars between the
-others and known points: the groups of class III and IV of Assur with six pins. What is left then is not solved.
+without naming them. Where nothing follows any more, two links may follow together from two bars or slots between
+them and known bodies: groups of class III and IV of Assur. What is left then is not solved.
 """
 
 from __future__ import annotations
@@ -230,12 +230,13 @@ class _Search:
     def _pose_group(self) -> bool:
         """Pose two links of a group that hangs on the frame and on a driver that turns."""
         free = [link for link in self._table.links if link.name not in self._posed and link.name not in self._slides]
-        carried = {point for point, body in self._points.items() if body in (FRAME, self._table.driver)}
+        known = {point: body for point, body in self._points.items() if body in (FRAME, self._table.driver)}
         turns = any(isinstance(step, Drive) for step in self._steps)
-        group = find_group(free, carried) if turns else None
+        group = find_group(free, self._slots, known) if turns else None
         if group:
             self._steps.append(group)
             self._posed |= {group.first, group.second}
+            self._use(*(tie for tie in group.ties if isinstance(tie, Slot)))
         return group is not None
 
     def _use(self, *loci: Locus) -> None:
@@ -276,7 +277,7 @@ class _Search:
             raise self._too_many(-freedoms)
         if rest:
             reason = (
-                "form a group that no dyad solves; of such groups those of four links with six pins, "
+                "form a group that no dyad solves; of such groups those of two links with two bars or slots, "
                 "hung on the frame and a driver that turns, are supported"
                 if len(rest) > 1
                 else "is in no dyad; say of a link that only translates along which direction, in [linkage.slides]"

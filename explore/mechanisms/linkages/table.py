@@ -115,7 +115,7 @@ class LinkageTable:
     branches
         Joints whose side is a parameter, 1 or -1, with its name.
     starts
-        For each group of four links, in the order of `steps`, where it is sketched: the crank angle and the directions
+        For each group of links, in the order of `steps`, where it is sketched: the crank angle and the directions
         of both links that it poses, deg.
     """
 

@@ -1,4 +1,4 @@
-"""Where each group of four links is sketched: the directions of two links, which choose its assembly."""
+"""Where each group of links is sketched: the directions of two links, which choose its assembly."""
 
 import cmath
 import math
@@ -9,7 +9,8 @@ from explore.base.entries import note_unknown, read_number
 from explore.base.errors import KeyPath, Problems
 from explore.base.suggest import format_value
 from explore.mechanisms.linkages.graph import MOST_GROUPS
-from explore.mechanisms.linkages.group_steps import PoseGroup
+from explore.mechanisms.linkages.group_steps import Bar, PoseGroup
+from explore.mechanisms.linkages.table import Slot
 from explore.studies.linkages.sketch import Sketch
 from explore.studies.linkages.structure import SECTION
 
@@ -42,7 +43,7 @@ def read_starts(
             start = _sketched(sketch, links)
         else:
             reason = (
-                f"{group.first} and {group.second} form a group with {' and '.join(bar.link for bar in group.bars)} "
+                f"{group.first} and {group.second} form a group with {' and '.join(map(_name_of, group.ties))} "
                 "that no dyad solves; draw a [linkage.sketch], which chooses its assembly"
             )
             problems.append(((SECTION,), reason))
@@ -50,6 +51,10 @@ def read_starts(
         crank_angle, first, second = start or (0.0, 0.0, 0.0)
         starts.append((math.fmod(crank_angle, _TURN), first, second))
     return tuple(starts)
+
+
+def _name_of(tie: Bar | Slot) -> str:
+    return tie.link if isinstance(tie, Bar) else tie.name
 
 
 def branch_of(group: PoseGroup, start: Start) -> dict[str, dict[str, float]]:
