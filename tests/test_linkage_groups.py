@@ -331,6 +331,25 @@ def test_a_fold_where_the_turn_is_cut_blocks_a_range():
     assert labels == ["does_not_return", "crank_blocked_at_Q", "ok"]
 
 
+@pytest.mark.parametrize(
+    ("section", "values", "link", "point"),
+    [
+        (STARTERS["stephenson-2"]["linkage"], middle("stephenson-2"), "coupler", "E"),
+        (GROUPED["a shaper on a foot"], {"r": 12.0}, "lever", "D"),
+    ],
+)
+def test_copies_of_a_group_are_it_at_their_phases(section, values, link, point):
+    linkage = Linkage(section | {"copies": {"b": 120, "c": -90}}, parameters=values)
+    values, angles = values | {"speed": 2.0}, np.array([0.0, 50.0, 170.0])
+    here, ahead, behind = (explore.simulate(linkage, values, angles=angles + phase) for phase in (0.0, 120.0, -90.0))
+    for signal in (f"{point}_x", f"{link}_acceleration"):
+        name, kind = signal.split("_", 1)
+        for copy, row in (("b", ahead), ("c", behind)):
+            # rounding errors of the phase, of accelerations of a few rad/s^2 and places of 100 mm
+            np.testing.assert_allclose(here[f"{name}_{copy}_{kind}"], row[signal], rtol=1e-12, atol=1e-12)
+    assert Linkage(linkage.content) == linkage
+
+
 @pytest.mark.parametrize("name", STARTERS)
 def test_the_content_of_a_linkage_describes_it(name):
     linkage = LINKAGES[name]
@@ -400,8 +419,8 @@ def test_mistakes_of_groups():
     assert "linkage.sketch: the place of B is missing, which the direction of coupler needs" in _problem(
         {"sketch": {"crank_angle": 0, "E": [133, 51], "F": [75, -1]}}
     )
-    assert "linkage.copies: copies of a group of links that no dyad solves are not supported" in _problem(
-        {"copies": {"b": 120}}
+    assert "linkage.copies: the phase of coupler_b must be a number, as of all links of groups" in _problem(
+        {"copies": {"b": "phase"}, "parameters": {"phase": {"default": 90}}}
     )
 
 

@@ -15,8 +15,7 @@ from explore.model.columns import Arrays, Attribute, Column
 from explore.model.progress import ReportProgress
 from explore.results.ranking.pareto import objectives_to_minimise
 from explore.results.ranking.spreading import spread_rows
-from explore.results.store.difference import other_study_error
-from explore.results.store.open_results import open_results
+from explore.results.store.open_results import open_results, refuse_other_content
 from explore.results.store.results import Results
 from explore.running.collectors import digest_of, identity_attributes, results_columns, study_attributes, write_at_once
 from explore.studies.config.study import Study
@@ -77,12 +76,8 @@ def synthesize(
 
 def refuse_other_task(task: TaskFile, path: Path, *, restart: bool) -> None:
     """Raise `ResultsError` before the search where it would refuse to write: the file has results of another task."""
-    if restart or not path.exists():
-        return
-    old, new = (tomllib.loads(text) for text in (str(open_results(path).attributes.get("task", "")), task.text))
-    if old != new:
-        determines = ({"determines": json.dumps(each, default=str)} for each in (old, new))
-        raise other_study_error(path, *determines)
+    if path.exists() and not restart:
+        refuse_other_content(path, "task", tomllib.loads(task.text))
 
 
 def rows_of(task: TaskFile, candidates: Candidates) -> CandidateRows:

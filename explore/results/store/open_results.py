@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from explore.base.errors import RequestError, ResultsError
 from explore.base.files import real_path
+from explore.results.store.difference import other_study_error
 from explore.results.store.records import count_records
 from explore.results.store.results import Results
 from explore.results.store.sidecar_files import journal_name
@@ -126,3 +129,10 @@ def _check_finished(path: Path) -> None:
         f"{path} is not finished: {n_done:,} of {number} blocks are done, and it keeps only the "
         "front, which is known at the end; run the sweep again to go on"
     )
+
+
+def refuse_other_content(path: Path, name: str, content: Mapping[str, Any]) -> None:
+    """Raise `ResultsError` unless an attribute of results is a text of TOML with a content; it says what differs."""
+    recorded = tomllib.loads(str(open_results(path).attributes.get(name, "")))
+    if recorded != content:
+        raise other_study_error(path, *({"determines": json.dumps(each, default=str)} for each in (recorded, content)))

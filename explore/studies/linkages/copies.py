@@ -56,7 +56,9 @@ class _Copy:
         structure.bodies[driver.name] = Body(driver.name, (*own.points, *new))
         for link in others:
             places = tuple((self._point(point), self._place(link.name, place)) for point, place in link.points)
-            structure.bodies[self._renamed(link.name)] = Body(f"{link.name}_{self._name}", places)
+            new_link = self._renamed(link.name)
+            structure.bodies[new_link] = Body(new_link, places)
+            structure.phases[new_link] = link.name, self._phase
         structure.slots += [self._slot(slot) for slot in base.slots]
         structure.slides += [
             Slide(

@@ -2,15 +2,17 @@
 
 import cmath
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from explore.base.entries import note_unknown, read_number
 from explore.base.errors import KeyPath, Problems
 from explore.base.suggest import format_value
+from explore.mechanisms.linkages.coordinate import Coordinate
 from explore.mechanisms.linkages.graph import MOST_GROUPS
 from explore.mechanisms.linkages.group_steps import Bar, PoseGroup
 from explore.mechanisms.linkages.table import Slot
+from explore.studies.linkages.coordinates import value_of
 from explore.studies.linkages.sketch import Sketch
 from explore.studies.linkages.structure import SECTION
 
@@ -21,23 +23,30 @@ _TURN = 360.0
 Start = tuple[float, float, float]
 
 
-def note_groups(groups: Sequence[PoseGroup], copied: Collection[str], problems: Problems) -> None:
-    """Note more groups than are followed, and copies of groups."""
+def note_groups(groups: Sequence[PoseGroup], problems: Problems) -> None:
+    """Note more groups than are followed."""
     if len(groups) > MOST_GROUPS:
         reason = f"has {len(groups)} groups of links that no dyad solves; at most {MOST_GROUPS} are possible"
         problems.append(((SECTION, "links"), reason))
-    elif groups and copied:
-        problems.append(((SECTION, "copies"), "copies of a group of links that no dyad solves are not supported"))
 
 
 def read_starts(
-    entries: Mapping[str, Any], groups: Iterable[PoseGroup], sketch: Sketch | None, problems: Problems
+    entries: Mapping[str, Any],
+    groups: Iterable[PoseGroup],
+    sketch: Sketch | None,
+    phases: Mapping[str, tuple[str, Coordinate]],
+    problems: Problems,
 ) -> tuple[Start, ...]:
-    """Where groups are sketched, by their links in [linkage.branch], or by the sketch; for tables without problems."""
-    starts = []
+    """Where groups are sketched, by their links in [linkage.branch], or by the sketch; for tables without problems.
+
+    A group of a copy, whose links have `phases`, is where its original is as many degrees before.
+    """
+    starts: dict[tuple[str, str], Start] = {}
     for group in groups:
         links = (group.first, group.second)
-        if any(link in entries for link in links):
+        if group.first in phases:
+            start = _start_of_copy(links, starts, phases, problems)
+        elif any(link in entries for link in links):
             start = _written(entries, links, problems)
         elif sketch is not None:
             start = _sketched(sketch, links)
@@ -48,9 +57,25 @@ def read_starts(
             )
             problems.append(((SECTION,), reason))
             start = None
-        crank_angle, first, second = start or (0.0, 0.0, 0.0)
-        starts.append((math.fmod(crank_angle, _TURN), first, second))
-    return tuple(starts)
+        crank_angle, *directions = start or (0.0, 0.0, 0.0)
+        starts[links] = (math.fmod(crank_angle, _TURN), directions[0], directions[1])
+    return tuple(starts.values())
+
+
+def _start_of_copy(
+    links: tuple[str, str],
+    starts: Mapping[tuple[str, str], Start],
+    phases: Mapping[str, tuple[str, Coordinate]],
+    problems: Problems,
+) -> Start | None:
+    """The start of a group of a copy, from that of its original; None after a problem is noted."""
+    (first, phase), (second, _) = (phases[link] for link in links)
+    if phase.names:
+        reason = f"the phase of {links[0]} must be a number, as of all links of groups that no dyad solves"
+        problems.append(((SECTION, "copies"), reason))
+        return None
+    crank_angle, *directions = starts[first, second]
+    return crank_angle - value_of(phase, {}), directions[0], directions[1]
 
 
 def _name_of(tie: Bar | Slot) -> str:

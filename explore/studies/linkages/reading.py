@@ -91,7 +91,7 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems, folde
         driver, output, structure.bodies[FRAME], structure.links, tuple(structure.slots), tuple(structure.slides),
         parameters, travel=structure.travel, limits=_limits(section, problems), loads=loads,
     )  # fmt: skip
-    return _with_signs(table, section, entries, structure.copied, problems) if len(problems) == before else None
+    return _with_signs(table, section, entries, structure, problems) if len(problems) == before else None
 
 
 def _reason_against_size(section: Mapping[str, Any]) -> str:
@@ -198,10 +198,11 @@ def _with_signs(
     table: LinkageTable,
     section: Mapping[str, Any],
     entries: Mapping[str, Any],
-    copied: Mapping[str, str],
+    structure: Structure,
     problems: Problems,
 ) -> LinkageTable | None:
     """The table with the side of each joint, by [linkage.branch] or the sketch; copies have that of their original."""
+    copied = structure.copied
     try:
         steps = find_steps(table)
     except TableError as error:
@@ -212,7 +213,7 @@ def _with_signs(
     note_rough_joints(table, steps, problems)
     note_rigid_pins(table, steps, problems)
     before, groups = len(problems), groups_of(steps)
-    note_groups(groups, copied, problems)
+    note_groups(groups, problems)
     all_sides = two_sided(steps)
     sides = {name: step for name, step in all_sides.items() if name not in copied}
     branch = read_part(section, "branch", problems)
@@ -227,7 +228,7 @@ def _with_signs(
         sketch = Sketch.read(read_part(section, "sketch", problems), table, steps, values, problems)
         if sketch is not None:
             signs |= sketch.signs(sides, signs)
-    starts = read_starts(branch, groups, sketch, problems) if len(problems) == before else ()
+    starts = read_starts(branch, groups, sketch, structure.phases, problems) if len(problems) == before else ()
     signs = {name: 1 for name, step in sides.items() if isinstance(step, PoseBySlot)} | signs
     if len(problems) == before:
         missing = {name: step for name, step in sides.items() if name not in signs}

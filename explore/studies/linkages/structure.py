@@ -8,7 +8,7 @@ from typing import Any
 from explore.base.entries import read_table
 from explore.base.errors import KeyPath, Problems
 from explore.base.suggest import closest_name, format_value, suggestion
-from explore.mechanisms.linkages.coordinate import ZERO, Place
+from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, Place
 from explore.mechanisms.linkages.table import FRAME, Body, Slide, Slot
 from explore.studies.linkages.coordinates import read_pair, read_place, value_of
 from explore.studies.linkages.names import reason_against
@@ -40,7 +40,7 @@ class Structure:
     """The bodies and joints that a section describes.
 
     `problems` has what is wrong with them; `is_whole` is False where so much is that joints may be missing. `copied`
-    has the point or slot that each one of a copy is of.
+    has the point or slot that each one of a copy is of, `phases` the link, and the phase, deg.
     """
 
     problems: Problems
@@ -50,6 +50,7 @@ class Structure:
     slides: list[Slide] = field(default_factory=list)
     travel: Place | None = None
     copied: dict[str, str] = field(default_factory=dict)
+    phases: dict[str, tuple[str, Coordinate]] = field(default_factory=dict)
 
     @property
     def links(self) -> tuple[Body, ...]:
