@@ -182,6 +182,8 @@ def test_a_parameter_that_is_no_length_is_a_status(crank):
     objectives = [Objective("cv", "min")]
     (proof,) = certified([row | {"status": 1}], ["cv"], is_front=True, objectives=objectives).values()
     assert proof.reason == "a parameter is not a usable number, but the status does not say so"
+    for column, told, reason in (("cv", 0.3, "cv is undefined, not 0.3"), ("feasible", 1, "it is not feasible")):
+        assert certified([row | {column: told}], ["cv"])[0].reason.startswith(reason)
 
 
 METRICS = ["linkage_class", "swing_angle", "cv", "rocker_acceleration_max", "coupler_velocity_mean"]
@@ -201,6 +203,7 @@ OPTIONS = {"window": "drive", "constraints": {"transmission_angle_min": {"min": 
         ("linkage_class", lambda x: 1, "linkage_class is crank_rocker, not double_crank"),
         ("status", lambda x: 3, "status is ok by exact signs, not crank_blocked"),
         ("status", lambda x: 6, "it is not feasible: its status is not ok"),
+        ("status", lambda x: 9, "it is not feasible: its status is not ok; nothing was computed: failed"),
         ("feasible", lambda x: 0, "it is feasible"),
         ("error", lambda x: 2e-12, "error 2e-12 misses the tolerance 1e-12"),
     ],

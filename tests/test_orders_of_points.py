@@ -19,7 +19,7 @@ def test_no_order_has_a_smaller_sum(n, count, peak):
         squares = rng.random((n, count)) ** peak
         search.distances[:] = squares[:, np.arange(count).reshape(LANES_OF_TURN, -1).T.ravel()]
         # the same sums, in the same order but for the sense
-        least, total = least_ordered(squares), choose_order(count, search)
+        least, total = least_ordered(squares), choose_order(count, math.inf, search)
         assert total == pytest.approx(least, rel=1e-13)
         chords, order = search.chords, search.order
         assert order.tolist() in (list(range(n)), list(range(n))[::-1])

@@ -235,3 +235,25 @@ def test_largest_errors_of_poses_have_the_digits_that_the_error_says(noise):
         met = explore.evaluate("crank-rocker", design, points=["M"], target=target, metrics=[name]).iloc[0]
         assert met["error"] < 1e-12
         assert abs(met[name] - float(true)) <= met["error"] * scale, name
+
+
+@pytest.mark.parametrize("count", [4, 20])
+def test_links_that_turn_fast_meet_poses_as_well_as_they_can(count):
+    """Beside change points, and where poses hold each other up: many samples have no smaller sum in any order."""
+    rng = np.random.default_rng(count)
+    lengths = np.exp(rng.uniform(3.0, 5.3, (60, 3)))
+    lengths.sort(axis=1)
+    crank = (lengths[:, 0] + lengths[:, 1] - lengths[:, 2]) * (1.0 - 10.0 ** rng.uniform(-6, -2, 60))
+    turns = (crank > 0.0) & (crank < lengths[:, 0])
+    others = rng.permuted(lengths[turns], axis=1)
+    n = len(others)
+    designs = np.column_stack([
+        crank[turns], others, rng.choice([1, -1], n), others[:, 0] * rng.uniform(-1, 2, n),
+        others[:, 0] * rng.uniform(-1, 1, n), rng.uniform(-20, 20, (n, 2)), rng.uniform(0, 360, (n, 2)),
+    ])  # fmt: skip
+    poses = np.column_stack([rng.uniform(-100, 200, (count, 2)), rng.uniform(-180, 540, count)])
+    table = errors(dict(zip(NAMES, designs.T, strict=True)), poses.tolist(), lever=80)
+    assert np.isfinite(table).all()
+    angles = np.arange(360) * np.radians(1.0)
+    least = [np.sqrt(least_ordered(squares_of(design, poses, 80.0, angles)) / count) for design in designs]
+    assert (table[:, 2] <= np.array(least) * 1.0005).all()

@@ -10,7 +10,7 @@ from flint import arb
 
 from explore.analysis.certifying.balls import UndecidedError, UnprovedError, bounds, exact, sure_sign, with_more_bits
 from explore.analysis.certifying.designs import Design
-from explore.model.quantities import AnyMetric, Metric
+from explore.model.quantities import AnyMetric, GivenMetric, Metric
 from explore.model.request import Constraint
 from explore.model.status import Status
 
@@ -53,8 +53,10 @@ def certify_row(design: Design, row: Mapping[str, float]) -> Proof:
     """Check all numbers of a row, its status and its feasibility."""
     proof = Proof()
     status = int(row["status"])
+    proof.expect(status == Status.OK or not row["feasible"], "it is not feasible: its status is not ok")
     if not design.is_usable:
         proof.expect(status == Status.NOT_FINITE, "a parameter is not a usable number, but the status does not say so")
+        _check_nothing_is_told(design, row, proof)
         return proof
     own = design.request.mechanism.statuses.get(status)
     if status in _NOT_COMPUTED or (own and own.is_undecided):
@@ -67,6 +69,16 @@ def certify_row(design: Design, row: Mapping[str, float]) -> Proof:
             _check_metric(design, metric, row, proof)
     _check_feasibility(row, _check_constraints(design, row, proof), proof)
     return proof
+
+
+def _check_nothing_is_told(design: Design, row: Mapping[str, float], proof: Proof) -> None:
+    """Check that what is computed of a design has no number."""
+    blank = {metric.name: metric for metric in design.request.metrics if not isinstance(metric, GivenMetric)}
+    margins = [f"{constraint.metric.name}_margin" for constraint in design.request.constraints]
+    for name in [*blank, *(margin for margin in margins if margin.removesuffix("_margin") in blank)]:
+        is_label = isinstance(metric := blank.get(name), Metric) and bool(metric.labels)
+        is_blank = row[name] == -1 if is_label else math.isnan(row[name])
+        proof.expect(is_blank, f"{name} is undefined, not {row[name]:.6g}")
 
 
 @contextmanager
@@ -202,7 +214,6 @@ def _check_feasibility(row: Mapping[str, float], signs: Mapping[str, int | str],
     unknown = [reason for reason in dict.fromkeys(signs.values()) if isinstance(reason, str)]
     is_screened, is_ok = row["status"] == Status.SCREENED, row["status"] == Status.OK
     if row["feasible"]:
-        proof.expect(is_ok, "it is not feasible: its status is not ok")
         proof.expect(not failing, f"it is not feasible: {', '.join(failing)}")
     elif is_ok or is_screened:
         proof.expect(bool(failing or unknown), "it is feasible" if is_ok else "it is screened, but no constraint fails")

@@ -182,16 +182,17 @@ def fill_least(count, search):
 
 
 @subroutine()
-def choose_order(count, search):
+def choose_order(count, limit, search):
     """Fill the better order of points, and its chords, of so many of a turn; return its sum.
 
-    The likely sense comes first, because the search in the other one ends where it cannot be better.
+    It is infinity if it is not below a limit. The likely sense comes first, because the search in the other one ends
+    where it cannot be better.
     """
     fill_least(count, search)
     is_forwards = follows_forwards(count, search)
     first, second = (search.forwards, search.backwards) if is_forwards else (search.backwards, search.forwards)
-    total = search_order(count, first, math.inf, search)
-    other = search_order(count, second, total, search)
+    total = search_order(count, first, limit, search)
+    other = search_order(count, second, min(total, limit), search)
     for i in range(len(search.order)):
         search.order[i] = second[i] if other < total else first[i]
     return min(total, other)

@@ -20,6 +20,16 @@ from explore.mechanisms.targets.path_errors.ordering import (
     nearest_chord,
 )
 from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, place_of
+from explore.mechanisms.targets.pose_errors.chords import (
+    MOST_CHORDS,
+    Chords,
+    angle_of_start,
+    angle_on_chord,
+    fill_chords,
+    fill_distances,
+    fill_distances_of_starts,
+    make_chords,
+)
 from explore.mechanisms.targets.pose_errors.link import ANGLE, ANGLE_1, LINK_SIZE, X_1, Y_1, X, Y, fill_link, wrap
 from explore.mechanisms.targets.pose_errors.polishing import polish_each, polish_in_order, sum_of_squares
 from explore.mechanisms.targets.rounding import ROUNDING, SHARE, disturb
@@ -33,13 +43,9 @@ N_MEASURES = 9
 
 #: Number of coordinates, mm, and angles, deg, of the linkage and of the body on its link, that end a row of designs.
 POSE_SIZE = 4
-#: Number of chords of the motion of the link.
-N_CHORDS = 256
+#: Part of the sum of squares by which that over chords may be lower before other angles are compared.
+_SETTLED = 1e-3
 
-# Rows of chords: their starts (mm, mm, rad), and how far they go along each (mm), by the angle at the end of the lever.
-START_X, START_Y, START_ANGLE, ALONG_X, ALONG_Y, ALONG_ANGLE = range(6)
-
-_TINY = 1e-300
 _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 
 
@@ -49,8 +55,7 @@ class _Buffers(NamedTuple):
     out: FloatArray
     link: FloatArray
     slopes: FloatArray
-    rays: FloatArray
-    chords: FloatArray
+    chords: Chords
     search: Search
     angles: FloatArray
     starts: IntArray
@@ -60,11 +65,9 @@ class _Buffers(NamedTuple):
 
 @subroutine(allocates=True)
 def _allocate_buffers(n):
-    angles = np.arange(N_CHORDS) * (TURN / N_CHORDS)
     return _Buffers(
-        np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3), np.stack((np.cos(angles), np.sin(angles))),
-        np.empty((6, N_CHORDS)), make_search(n, N_CHORDS), np.empty(n), np.empty(n + 1, np.int64),
-        np.empty(n, np.int64), np.empty(n),
+        np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3), make_chords(), make_search(n, MOST_CHORDS), np.empty(n),
+        np.empty(n + 1, np.int64), np.empty(n, np.int64), np.empty(n),
     )  # fmt: skip
 
 
@@ -76,70 +79,76 @@ def _place_poses(poses, pose, placed):
         placed[i, 2] = poses[i, 2] - math.radians(pose[2]) - math.radians(pose[3])
 
 
-@subroutine(fast=True)
-def _find_part(x, y, angle, lever, chords, k):
-    """Where on the chord at a place the link is nearest to a pose, from 0 to 1, and the squared distance there."""
-    ex, ey, et = x - chords[START_X, k], y - chords[START_Y, k], lever * wrap(angle - chords[START_ANGLE, k])
-    tx, ty, tt = chords[ALONG_X, k], chords[ALONG_Y, k], chords[ALONG_ANGLE, k]
-    part = (ex * tx + ey * ty + et * tt) / (tx * tx + ty * ty + tt * tt + _TINY)
-    part = min(max(part, 0.0), 1.0)
-    dx, dy, dt = ex - part * tx, ey - part * ty, et - part * tt
-    return part, dx * dx + dy * dy + dt * dt
-
-
-@subroutine(fast=True, no_alias=True)
-def _fill_row(x, y, angle, lever, chords, row):
-    for k in range(N_CHORDS):
-        row[k] = _find_part(x, y, angle, lever, chords, k)[1]
-
-
 @subroutine()
-def _fill_chords(curve, shape, poses, lever, buffers):
-    """Fill the chords at their places, see `path_errors.rows`, and the squared distances of the poses to these."""
-    out, chords, rays = buffers.out, buffers.chords, buffers.rays
-    curve(shape, rays[0, 0], rays[1, 0], out)
-    x, y, angle = out[0], out[1], math.atan2(out[7], out[6])
-    for k in range(N_CHORDS):
-        place, after = place_of(k, N_CHORDS // LANES_OF_TURN), (k + 1) % N_CHORDS
-        chords[START_X, place], chords[START_Y, place], chords[START_ANGLE, place] = x, y, angle
-        curve(shape, rays[0, after], rays[1, after], out)
-        turned = math.atan2(out[7], out[6])
-        chords[ALONG_X, place], chords[ALONG_Y, place] = out[0] - x, out[1] - y
-        chords[ALONG_ANGLE, place] = lever * wrap(turned - angle)
-        x, y, angle = out[0], out[1], turned
-    for i in range(len(poses)):
-        _fill_row(poses[i, 0], poses[i, 1], poses[i, 2], lever, chords, buffers.search.distances[i])
-
-
-@subroutine()
-def _choose_chords(is_ordered, buffers):
-    """Fill the order of the poses and their chords: the best in either sense, or of each pose alone."""
-    search, parts = buffers.search, N_CHORDS // LANES_OF_TURN
+def _choose_chords(count, is_ordered, search):
+    """Fill the order of the poses and their chords: the best in either sense, or of each pose alone; return the sum."""
+    parts, total = count // LANES_OF_TURN, 0.0
     if is_ordered:
-        choose_order(N_CHORDS, search)
-        return
+        return choose_order(count, math.inf, search)
     for i in range(len(search.order)):
         search.order[i], search.chords[i] = i, nearest_chord(search.distances[i], parts)
+        total += search.distances[i, place_of(search.chords[i], parts)]
+    return total
+
+
+@subroutine()
+def _polish(curve, shape, poses, lever, is_ordered, buffers):
+    """Improve the angles of poses, and return the sum of squares there."""
+    order, angles = buffers.search.order, buffers.angles
+    if is_ordered:
+        polish_in_order(curve, shape, poses, lever, order, angles, buffers)
+    else:
+        polish_each(curve, shape, poses, lever, order, angles, buffers)
+    return _sum_squares(curve, shape, poses, lever, buffers)
+
+
+@subroutine()
+def _sum_squares(curve, shape, poses, lever, buffers):
+    """The sum of squares at the angles of poses."""
+    total = 0.0
+    for i in range(len(poses)):
+        fill_link(curve, shape, buffers.angles[i], buffers.out, buffers.link)
+        total += sum_of_squares(buffers.link, poses, lever, buffers.search.order, i, i + 1, buffers.slopes)
+    return total
 
 
 @subroutine()
 def _find_angles(curve, shape, poses, lever, is_ordered, buffers, own):
-    """Fill the best crank angles of poses, by their numbers."""
-    n = len(poses)
-    _fill_chords(curve, shape, poses, lever, buffers)
-    _choose_chords(is_ordered, buffers)
-    for i in range(n):
-        chord = buffers.search.chords[i]
-        x, y, angle = poses[buffers.search.order[i]]
-        place = place_of(chord % N_CHORDS, N_CHORDS // LANES_OF_TURN)
-        part = _find_part(x, y, angle, lever, buffers.chords, place)[0]
-        buffers.angles[i] = (chord + part) * (TURN / N_CHORDS)
-    leader = buffers.search.order[0]
-    if not is_ordered:
-        polish_each(curve, shape, poses, lever, buffers.search.order, buffers.angles, buffers)
-    else:
-        polish_in_order(curve, shape, poses, lever, buffers.search.order, buffers.angles, buffers)
-    ascend_from(leader, buffers.search.order, buffers.angles, own)
+    """Fill the best crank angles of poses, by their numbers.
+
+    The sum of squares over chords is nearly below that of all angles. Where it is below that of those that are found,
+    angles at which chords start are compared, which no angles between may be near.
+    """
+    chords, search = buffers.chords, buffers.search
+    count = fill_chords(curve, shape, lever, chords)
+    fill_distances(poses, lever, chords, count, search.distances)
+    bound, leader = _choose_chords(count, is_ordered, search), search.order[0]
+    for i in range(len(poses)):
+        buffers.angles[i] = angle_on_chord(poses[search.order[i]], lever, chords, count, search.chords[i])
+    total = _polish(curve, shape, poses, lever, is_ordered, buffers)
+    ascend_from(leader, search.order, buffers.angles, own)
+    if is_ordered and total * (1.0 - _SETTLED) > bound:
+        fill_distances_of_starts(poses, lever, chords, count, search.distances)
+        if choose_order(count, total, search) < total:
+            _start_at_chords(curve, shape, poses, lever, count, total, buffers, own)
+
+
+@subroutine()
+def _start_at_chords(curve, shape, poses, lever, count, total, buffers, own):
+    """Fill angles whose sum of squares is below a total: those improved from the starts of chords, or these."""
+    order, first = buffers.search.order, buffers.search.trial
+    for i in range(len(poses)):
+        first[i] = order[i]
+    for is_polished in (True, False):
+        for i in range(len(poses)):
+            order[i], buffers.angles[i] = first[i], angle_of_start(buffers.chords, count, buffers.search.chords[i])
+        if is_polished:
+            found = _polish(curve, shape, poses, lever, True, buffers)
+        else:
+            found = _sum_squares(curve, shape, poses, lever, buffers)
+        if found < total:
+            ascend_from(first[0], order, buffers.angles, own)
+            return
 
 
 class Nearby(NamedTuple):

@@ -1,0 +1,198 @@
+"""Chords that the motion of a link consists of, more where it is curved, and the distances of poses to them."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from explore.base.subroutines import subroutine
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN
+from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, place_of
+from explore.mechanisms.targets.pose_errors.link import (
+    ANGLE,
+    ANGLE_1,
+    LINK_SIZE,
+    X_1,
+    Y_1,
+    X,
+    Y,
+    fill_link,
+    fill_link_at,
+    wrap,
+)
+from explore.model.quantities import FloatArray
+
+#: Number of chords of a motion at first.
+FEW_CHORDS = 256
+#: Largest number of chords of a motion.
+MOST_CHORDS = 512
+#: Crank angle of a chord at first, rad.
+_STEP = TURN / FEW_CHORDS
+#: Distance of a chord's end from the tangent at its start, over the length of all chords, above which it is divided.
+_CURVED = 2e-3
+#: Largest number of times that chords are divided.
+_MOST_DIVISIONS = 8
+#: Number of parts that a chord is divided into.
+_PARTS = 4
+
+# Rows of chords: their starts (mm, mm, rad), and how far they go along each (mm), by the angle at the end of the lever.
+START_X, START_Y, START_ANGLE, ALONG_X, ALONG_Y, ALONG_ANGLE = range(6)
+# Rows of corners: the crank angle over that of a chord at first, the pose of the link, and its derivatives.
+_PART, _X, _Y, _ANGLE, _X_1, _Y_1, _ANGLE_1 = range(7)
+
+_TINY = 1e-300
+
+
+class Chords(NamedTuple):
+    """Arrays of the chords of a motion: `corners` (7, n + 1) in their order, `laid` (6, n) at their places in a row.
+
+    `rays` (2, FEW_CHORDS) are cosines and sines of equal angles. `bends` (n,) are squared distances of ends of chords
+    from tangents. `spare` is room for corners, `out` for the curve, `link` for the pose of the link.
+    """
+
+    rays: FloatArray
+    corners: FloatArray
+    laid: FloatArray
+    bends: FloatArray
+    spare: FloatArray
+    out: FloatArray
+    link: FloatArray
+
+
+@subroutine(allocates=True)
+def make_chords():
+    """Room for chords."""
+    angles, size = np.arange(FEW_CHORDS) * _STEP, MOST_CHORDS + 1
+    return Chords(
+        np.stack((np.cos(angles), np.sin(angles))), np.empty((7, size)), np.empty((6, size)), np.empty(size),
+        np.empty((7, size)), np.empty(CURVE_SIZE), np.empty(LINK_SIZE),
+    )  # fmt: skip
+
+
+@subroutine()
+def _fill_corner(part, link, corners, k):
+    """Fill a corner from the pose of the link."""
+    corners[_PART, k] = part
+    corners[_X, k], corners[_Y, k], corners[_ANGLE, k] = link[X], link[Y], link[ANGLE]
+    corners[_X_1, k], corners[_Y_1, k], corners[_ANGLE_1, k] = link[X_1], link[Y_1], link[ANGLE_1]
+
+
+@subroutine()
+def _lay(corners, count, lever, laid, bends):
+    """Fill so many chords from their corners, each at its place in a row, and their bends; return their length."""
+    length = 0.0
+    for k in range(count):
+        place, step = place_of(k, count // LANES_OF_TURN), (corners[_PART, k + 1] - corners[_PART, k]) * _STEP
+        along_x, along_y = corners[_X, k + 1] - corners[_X, k], corners[_Y, k + 1] - corners[_Y, k]
+        along_angle = lever * wrap(corners[_ANGLE, k + 1] - corners[_ANGLE, k])
+        laid[START_X, place], laid[START_Y, place] = corners[_X, k], corners[_Y, k]
+        laid[START_ANGLE, place], laid[ALONG_ANGLE, place] = corners[_ANGLE, k], along_angle
+        laid[ALONG_X, place], laid[ALONG_Y, place] = along_x, along_y
+        length += math.sqrt(along_x * along_x + along_y * along_y + along_angle * along_angle)
+        bends[k] = 0.0
+        for end in range(k, k + 2):
+            dx, dy = step * corners[_X_1, end] - along_x, step * corners[_Y_1, end] - along_y
+            turned = step * lever * corners[_ANGLE_1, end] - along_angle
+            bends[k] = max(bends[k], dx * dx + dy * dy + turned * turned)
+    return length
+
+
+@subroutine()
+def fill_chords(curve, shape, lever, chords):
+    """Fill chords of equal turns of the crank, divided where they are far from the motion; return their number."""
+    corners, out, link = chords.corners, chords.out, chords.link
+    for k in range(FEW_CHORDS):
+        fill_link_at(curve, shape, chords.rays[0, k], chords.rays[1, k], out, link)
+        _fill_corner(k, link, corners, k)
+    for row in range(7):
+        corners[row, FEW_CHORDS] = corners[row, 0]
+    corners[_PART, FEW_CHORDS] = FEW_CHORDS
+    count, length = FEW_CHORDS, _lay(corners, FEW_CHORDS, lever, chords.laid, chords.bends)
+    for _ in range(_MOST_DIVISIONS):
+        more = _divide(curve, shape, count, (_CURVED * length) ** 2, chords)
+        if more == 0:
+            break
+        count, length = more, _lay(corners, more, lever, chords.laid, chords.bends)
+    return count
+
+
+@subroutine()
+def _divide(curve, shape, count, limit, chords):
+    """Divide the chords whose bend is above a limit; return the number of all, or 0 if none is or there is no room.
+
+    The number is one of whole rows of lanes: the last corner is repeated.
+    """
+    corners, spare, marked = chords.corners, chords.spare, 0
+    for k in range(count):
+        marked += 1 if chords.bends[k] > limit else 0
+    total = count + marked * (_PARTS - 1)
+    if marked == 0 or total + LANES_OF_TURN > MOST_CHORDS:
+        return 0
+    k = 0
+    for old in range(count):
+        for row in range(7):
+            spare[row, k] = corners[row, old]
+        k += 1
+        if chords.bends[old] > limit:
+            start, width = corners[_PART, old], corners[_PART, old + 1] - corners[_PART, old]
+            for part in range(1, _PARTS):
+                place = start + width * (part / _PARTS)
+                fill_link(curve, shape, place * _STEP, chords.out, chords.link)
+                _fill_corner(place, chords.link, spare, k)
+                k += 1
+    total += -total % LANES_OF_TURN
+    for row in range(7):
+        last = corners[row, count]
+        for j in range(total + 1):
+            corners[row, j] = spare[row, j] if j < k else last
+    return total
+
+
+@subroutine(fast=True)
+def _find_part(x, y, angle, lever, laid, k):
+    """Where on the chord at a place the link is nearest to a pose, from 0 to 1, and the squared distance there."""
+    ex, ey, et = x - laid[START_X, k], y - laid[START_Y, k], lever * wrap(angle - laid[START_ANGLE, k])
+    tx, ty, tt = laid[ALONG_X, k], laid[ALONG_Y, k], laid[ALONG_ANGLE, k]
+    part = (ex * tx + ey * ty + et * tt) / (tx * tx + ty * ty + tt * tt + _TINY)
+    part = min(max(part, 0.0), 1.0)
+    dx, dy, dt = ex - part * tx, ey - part * ty, et - part * tt
+    return part, dx * dx + dy * dy + dt * dt
+
+
+@subroutine(fast=True, no_alias=True)
+def _fill_row(x, y, angle, lever, laid, count, row):
+    for k in range(count):
+        row[k] = _find_part(x, y, angle, lever, laid, k)[1]
+
+
+@subroutine()
+def fill_distances(poses, lever, chords, count, distances):
+    """Fill the squared distances of poses, (n, 3), to so many chords."""
+    for i in range(len(poses)):
+        _fill_row(poses[i, 0], poses[i, 1], poses[i, 2], lever, chords.laid, count, distances[i])
+
+
+@subroutine()
+def fill_distances_of_starts(poses, lever, chords, count, distances):
+    """Fill the squared distances of poses to the starts of so many chords; none is below that to the chord."""
+    laid = chords.laid
+    for i in range(len(poses)):
+        for k in range(count):
+            dx, dy = poses[i, 0] - laid[START_X, k], poses[i, 1] - laid[START_Y, k]
+            turned = lever * wrap(poses[i, 2] - laid[START_ANGLE, k])
+            distances[i, k] = dx * dx + dy * dy + turned * turned
+
+
+@subroutine()
+def angle_of_start(chords, count, chord):
+    """The crank angle at which a chord starts, of this turn or the next."""
+    return (chords.corners[_PART, chord % count] + FEW_CHORDS * (chord // count)) * _STEP
+
+
+@subroutine()
+def angle_on_chord(pose, lever, chords, count, chord):
+    """The crank angle of the place on a chord, of this turn or the next, that is nearest to a pose."""
+    k, corners = chord % count, chords.corners
+    part, _ = _find_part(pose[0], pose[1], pose[2], lever, chords.laid, place_of(k, count // LANES_OF_TURN))
+    width = corners[_PART, k + 1] - corners[_PART, k]
+    return (corners[_PART, k] + FEW_CHORDS * (chord // count) + part * width) * _STEP
