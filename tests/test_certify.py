@@ -186,6 +186,17 @@ def test_a_parameter_that_is_no_length_is_a_status(crank):
         assert certified([row | {column: told}], ["cv"])[0].reason.startswith(reason)
 
 
+@pytest.mark.parametrize(
+    ("margin", "feasible", "reason"),
+    [(-1.0, 0, ""), (math.nan, 0, ""), (1.0, 1, ""), (-1.0, 1, "it is not feasible: passage")],
+)
+def test_bounds_on_what_comes_with_designs_are_taken_as_they_are(margin, feasible, reason):
+    """Only the solver of a task measures such a metric: a design may be infeasible by it alone."""
+    (row,) = evaluated([PUBLISHED], ["cv"], window="drive")
+    (proof,) = certified([row | {"passage_margin": margin, "feasible": feasible}], ["cv"], window="drive").values()
+    assert proof.reason == reason
+
+
 METRICS = ["linkage_class", "swing_angle", "cv", "rocker_acceleration_max", "coupler_velocity_mean"]
 OPTIONS = {"window": "drive", "constraints": {"transmission_angle_min": {"min": 10.0}}, "tolerance": 1e-12}
 

@@ -67,7 +67,7 @@ def certify_row(design: Design, row: Mapping[str, float]) -> Proof:
     for metric in design.request.metrics:
         with _open_if_unproved(proof):
             _check_metric(design, metric, row, proof)
-    _check_feasibility(row, _check_constraints(design, row, proof), proof)
+    _check_feasibility(row, _check_constraints(design, row, proof) | _signs_of_given(design, row), proof)
     return proof
 
 
@@ -192,6 +192,15 @@ def _check_constraints(design: Design, row: Mapping[str, float], proof: Proof) -
         except UnprovedError as reason:
             signs[metric.name] = str(reason)
     return signs
+
+
+def _signs_of_given(design: Design, row: Mapping[str, float]) -> dict[str, int | str]:
+    """The signs of the margins of metrics that come with the designs, as they are in the row."""
+    request = design.request
+    computed = {f"{constraint.metric.name}_margin" for constraint in request.constraints}
+    others = row.keys() - computed - {metric.name for metric in request.metrics}
+    margins = [name for name in sorted(others) if name.endswith("_margin")]
+    return {name.removesuffix("_margin"): 1 if row[name] >= 0.0 else -1 for name in margins}
 
 
 def _sign_of_margin(design: Design, constraint: Constraint) -> int:
