@@ -79,7 +79,7 @@ class Linkage:
         values = toml_text.toml_value({} if parameters is None else parameters)
         table = read_table(sections, values, problems, Path())
         if table is not None:
-            note_unused(table, values, problems)
+            note_unused(table.parameters, values, problems)
         if problems or table is None:
             lines = [f"{toml_text.dotted(key)}: {reason}" for key, reason in problems]
             raise ConfigError(toml_text.first_problems("", list(dict.fromkeys(lines))))
@@ -153,7 +153,7 @@ def _linkage_of_text(file: str, text: str, sections: Mapping[str, Any]) -> Linka
     values = _values(sections)
     table = None if problems else read_table(sections[SECTION], values, problems, Path(file).parent)
     if table is not None:
-        note_unused(table, values, problems)
+        note_unused(table.parameters, values, problems)
     if problems or table is None:
         raise ConfigError(toml_text.first_problems(f"{file}: ", toml_text.locate_problems(file, text, problems)))
     return make_linkage(table)
@@ -183,7 +183,7 @@ def read_linkage(
     )  # fmt: skip
     if table is None:
         return None
-    note_unused(table, entries, problems)
+    note_unused(table.parameters, entries, problems)
     return make_linkage(table)
 
 

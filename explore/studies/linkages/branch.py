@@ -1,7 +1,7 @@
 """How each joint assembles, in the words of [linkage.branch]: a sign for each joint or slot that has two sides."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from explore.base.errors import Problems
@@ -13,6 +13,7 @@ from explore.studies.linkages.structure import SECTION
 #: A step that has two solutions.
 TwoSided = JoinPoint | PoseBySlot
 
+_WORDS = ("far", "near", "positive", "negative")
 _SIDE = re.compile(r"\s*(left|right)\s+of\s+(\w+)\s+(\w+)\s*")
 
 
@@ -72,6 +73,17 @@ def _sign(entry: object, step: TwoSided) -> int:
         ends = words[0].split()[2:]
         return sign if [match[2], match[3]] == ends else -sign if [match[3], match[2]] == ends else 0
     return dict(zip(words, (1, -1), strict=True)).get(entry.strip(), 0)
+
+
+def note_odd_words(entries: Mapping[str, Any], names: Collection[str], problems: Problems) -> None:
+    """Note names and words of the section that no joint has, of a table whose joints are not known."""
+    for name, entry in entries.items():
+        key = (SECTION, "branch", name)
+        if name not in names:
+            problems.append((key, f"unknown point or slot {format_value(name)}; {suggestion(name, names)}"))
+        elif isinstance(entry, str) and not _SIDE.fullmatch(entry) and entry.strip() not in _WORDS:
+            words = ", ".join(f'"{word}"' for word in _WORDS)
+            problems.append((key, f'must be {words} or as "left of A C", got {format_value(entry)}'))
 
 
 def note_missing(missing: Mapping[str, TwoSided], problems: Problems, *, has_branch: bool) -> None:

@@ -1,7 +1,7 @@
 """The parameters of a table: their units by how coordinates use them, what [linkage.parameters] says, and values."""
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from explore.base.entries import read_number, read_table
@@ -10,7 +10,7 @@ from explore.base.suggest import format_value, suggestion
 from explore.base.units.quantities import quantity
 from explore.mechanisms.linkages.coordinate import Coordinate
 from explore.mechanisms.linkages.loads import SPEED
-from explore.mechanisms.linkages.table import LinkageTable, TableParameter
+from explore.mechanisms.linkages.table import TableParameter
 from explore.model.target_kinds import BODY_POSE, STARTS
 from explore.studies.linkages.coordinates import uses_of
 from explore.studies.linkages.names import reason_against
@@ -121,11 +121,13 @@ def _parameter(name: str, units: set[str], entry: object, use: KeyPath, problems
     return TableParameter(name, unit, " ".join(meaning.split()), default, low, high)
 
 
-def note_unused(table: LinkageTable, entries: Mapping[str, Any], problems: Problems) -> None:
-    """Note entries of [parameters] that no coordinate uses, and no target."""
-    used = [parameter.name for parameter in table.parameters]
+def note_unused(
+    parameters: Iterable[TableParameter], entries: Mapping[str, Any], problems: Problems, unread: Collection[str] = ()
+) -> None:
+    """Note entries of [parameters] that no coordinate uses, and no target; `unread` are words that may be of one."""
+    used = [parameter.name for parameter in parameters]
     for name in entries:
-        if name not in used and name != SPEED and name not in _OF_TARGETS:
+        if name not in (*used, SPEED) and name not in _OF_TARGETS and name not in unread:
             hint = suggestion(str(name), [*used, SPEED])
             problems.append((("parameters", str(name)), f"nothing in [linkage] uses it; {hint}"))
 

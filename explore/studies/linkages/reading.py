@@ -1,5 +1,6 @@
 """Read the section [linkage] of a study as the table of a linkage, with all its mistakes at once."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -11,15 +12,15 @@ from explore.base.suggest import format_value, one_line, suggestion
 from explore.base.units.quantities import exact_angle
 from explore.mechanisms.linkages.group_steps import groups_of
 from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
-from explore.mechanisms.linkages.table import FRAME, LinkageTable, carrier
-from explore.studies.linkages.branch import note_missing, read_branch, two_sided
+from explore.mechanisms.linkages.table import FRAME, LinkageTable, TableParameter, carrier
+from explore.studies.linkages.branch import note_missing, note_odd_words, read_branch, two_sided
 from explore.studies.linkages.copies import add_copies
 from explore.studies.linkages.friction import note_rigid_pins, note_rough_joints
 from explore.studies.linkages.groups import note_groups, read_starts
 from explore.studies.linkages.loads import LoadReader
 from explore.studies.linkages.parallel_lines import note_parallel_lines
-from explore.studies.linkages.parameters import located_coordinates, read_parameters, rough_values
-from explore.studies.linkages.sketch import Sketch
+from explore.studies.linkages.parameters import located_coordinates, note_unused, read_parameters, rough_values
+from explore.studies.linkages.sketch import Sketch, read_places
 from explore.studies.linkages.structure import SECTION, Structure, note_loose_links, read_part, read_structure
 
 _KEYS = (
@@ -91,7 +92,25 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems, folde
         driver, output, structure.bodies[FRAME], structure.links, tuple(structure.slots), tuple(structure.slides),
         parameters, travel=structure.travel, limits=_limits(section, problems), loads=loads,
     )  # fmt: skip
-    return _with_signs(table, section, entries, structure, problems) if len(problems) == before else None
+    if len(problems) == before and (signed := _with_signs(table, section, entries, structure, problems)):
+        return signed
+    _note_others(section, structure, parameters, entries, problems)
+    return None
+
+
+def _note_others(
+    section: Mapping[str, Any],
+    structure: Structure,
+    parameters: tuple[TableParameter, ...],
+    entries: Mapping[str, Any],
+    problems: Problems,
+) -> None:
+    """Note what else is wrong in a table whose joints are not known: sides, sketched places, unused values."""
+    if structure.is_whole:
+        names = [*structure.points, *(slot.name for slot in structure.slots), *(link.name for link in structure.links)]
+        note_odd_words(read_part(section, "branch", problems), names, problems)
+        read_places(read_part(section, "sketch", problems), structure.points, problems)
+        note_unused(parameters, entries, problems, re.findall(r"\w+", str(section)))
 
 
 def _reason_against_size(section: Mapping[str, Any]) -> str:
@@ -224,7 +243,7 @@ def _with_signs(
         moving = tuple(p for p in table.parameters if p.name in table.moving_names)
         values = rough_values(moving, entries, problems)
         if len(values) < len(moving):
-            return None
+            return table
         sketch = Sketch.read(read_part(section, "sketch", problems), table, steps, values, problems)
         if sketch is not None:
             signs |= sketch.signs(sides, signs)

@@ -2,7 +2,7 @@
 
 import cmath
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, Self
@@ -22,6 +22,23 @@ _ANGLE = "crank_angle"
 _NEAREST = 0.02
 #: Ratio of a sketched distance to that of the table, or its inverse, above which the sketch is of another linkage.
 _MOST_OFF = 2.0
+
+
+def read_places(entries: Mapping[str, Any], points: Collection[str], problems: Problems) -> dict[str, complex]:
+    """The places of points that the section [linkage.sketch] says; those that are wrong are left out."""
+    rough: dict[str, complex] = {}
+    for name, entry in entries.items():
+        key: KeyPath = (SECTION, "sketch", name)
+        if name == _ANGLE:
+            continue
+        if name not in points:
+            problems.append((key, f"unknown point {format_value(name)}; {suggestion(name, points)}"))
+        elif not isinstance(entry, list | tuple) or len(entry) != 2:
+            problems.append((key, f"must be a pair [x, y], got {format_value(entry)}"))
+        else:
+            place = (read_number(each, "mm", (*key, n), problems) for n, each in enumerate(entry))
+            rough[name] = complex(*(each or 0.0 for each in place))
+    return rough
 
 
 @dataclass
@@ -72,17 +89,7 @@ class Sketch:
             angle = read_number(entries[_ANGLE], "deg", (*key, _ANGLE), problems) or 0.0
         else:
             problems.append((key, f"the key '{_ANGLE}' is missing; a sketch is of one crank angle, {_ANGLE} = 40"))
-        rough: dict[str, complex] = {}
-        for name, entry in entries.items():
-            if name == _ANGLE:
-                continue
-            if name not in table.points:
-                problems.append(((*key, name), f"unknown point {format_value(name)}; {suggestion(name, table.points)}"))
-            elif not isinstance(entry, list | tuple) or len(entry) != 2:
-                problems.append(((*key, name), f"must be a pair [x, y], got {format_value(entry)}"))
-            else:
-                place = (read_number(each, "mm", (*key, name, n), problems) for n, each in enumerate(entry))
-                rough[name] = complex(*(each or 0.0 for each in place))
+        rough = read_places(entries, table.points, problems)
         if len(problems) > before:
             return None
         drive = next((step for step in steps if isinstance(step, Drive)), None)
