@@ -83,6 +83,59 @@ def test_the_bar_of_a_trammel_draws_an_ellipse():
     assert row["M_velocity_x_peak"].iloc[0] == pytest.approx(70.0, rel=1e-15)
 
 
+#: An Oldham coupling: the middle disc slides on the driver, and the driven one in it, in a direction aslant.
+OLDHAM = {
+    "driver": "first",
+    "frame": {"O": [0, 0], "Q": ["e", 3]},
+    "links": {"first": {"O": 0, "A": 40}, "middle": {"M": 0}, "last": {"Q": 0, "B": 50}},
+    "slides": {"middle": {"link": "first", "direction": [1, 0]}, "last": {"link": "middle", "direction": [1, 2]}},
+}
+
+
+def test_the_middle_disc_of_an_oldham_coupling_is_where_its_lines_meet():
+    linkage, angles = Linkage(OLDHAM), [0.0, 37.0, 90.0, 200.0]
+    motion = explore.simulate(linkage, {"e": 8.0}, angles=angles)
+    turns = np.exp(1j * np.deg2rad(angles))
+    ways = turns * (1.0 + 2.0j)
+    # O + t turn = Q + s way
+    t = ((8.0 + 3.0j).conjugate() * ways).imag / (turns.conjugate() * ways).imag
+    for point, places in (("M", t * turns), ("B", 8.0 + 3.0j + 50.0 * turns)):
+        found = motion[f"{point}_x"] + 1j * motion[f"{point}_y"]
+        assert np.abs(found - places).max() < 1e-13, point
+    row = explore.evaluate(linkage, {"e": 8.0}, metrics=["M_velocity_x_peak"])
+    assert row["M_velocity_x_peak"].iloc[0] == pytest.approx(math.hypot(8.0, 3.0) * math.hypot(1.0, 0.5), rel=1e-14)
+    across = OLDHAM["slides"] | {"last": {"link": "middle", "direction": [-2, 0]}}
+    with pytest.raises(explore.ConfigError, match="slides.middle: is parallel to the slide of last in all designs"):
+        Linkage(OLDHAM | {"slides": across})
+
+
+def test_forces_of_an_oldham_coupling_balance():
+    """Power, and the sums of forces and of moments about O, with the second derivatives of places."""
+    loads = {"torques": {"last": 5.0}, "forces": {"B": [-20, 7]}, "gravity": [0, -9.81],
+             "masses": {"middle": {"mass": 2, "centroid": [3, 1], "inertia": 0.01}, "B": 3}}  # fmt: skip
+    design = {"e": 8.0, "speed": 10.0}
+    motion = explore.simulate(Linkage(OLDHAM | {"loads": loads}), design, angles=np.arange(0.0, 360.0, 15.0))
+
+    def of(name):
+        return (motion[f"{name}_x"] + 1j * motion[f"{name}_y"]).to_numpy()
+
+    turns = np.exp(1j * np.deg2rad(motion.index.to_numpy()))
+    arm = (3.0 + 1.0j) * turns
+    bodies = ((2.0, of("M") + arm, of("M_velocity") + 10j * arm, of("M_acceleration") - 100.0 * arm),
+              (3.0, of("B"), of("B_velocity"), of("B_acceleration")))  # fmt: skip
+    torque = motion["drive_torque"].to_numpy()
+    power, force = torque * 10.0 + 5.0 * 10.0, -of("O_force_on_frame") - of("Q_force_on_frame")
+    moment = torque + 5.0 - ((8.0 - 3.0j) * of("Q_force_on_frame")).imag * 1e-3
+    applied = ((0.0, of("B"), of("B_velocity"), 0.0 * turns), -20.0 + 7.0j)
+    for (mass, place, velocity, acceleration), push in ((bodies[0], 0.0), (bodies[1], 0.0), applied):
+        net = push + mass * (-9.81j - 1e-3 * acceleration)
+        power, force = power + 1e-3 * (velocity.conjugate() * net).real, force + net
+        moment = moment + 1e-3 * (place.conjugate() * net).imag
+    errors = [np.abs(each).max() for each in (power, force, moment)]
+    assert max(errors) < 1e-11, errors
+    assert np.abs(torque).max() > 1.0
+
+
 @pytest.mark.parametrize(
     ("section", "problem"),
     [

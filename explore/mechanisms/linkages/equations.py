@@ -32,7 +32,7 @@ from explore.mechanisms.linkages.steps import (
     Step,
     TranslateLink,
 )
-from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slot
+from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slot, carrier
 from explore.mechanisms.linkages.trace import Factor, Trace, local_of
 from explore.mechanisms.linkages.turning_rates import turn_in_slot, turn_sides, turned
 from explore.mechanisms.linkages.vectors import Vector, cross, dot, larger, length, minus
@@ -65,7 +65,8 @@ class Equations(Trace):
             case PoseLink():
                 self._pose(step)
             case TranslateLink():
-                self.directions[step.link] = self.directions[step.slide.body]
+                direction = self.directions[carrier(step.slide.body, self.table.slides)]
+                self.directions[step.link] = self.directions[step.slide.body] = direction
                 self._origins[step.link] = (self.points[step.point], self._local[step.link][step.point])
             case SlideInSlot():
                 self._slide_in_slot(step)
@@ -219,8 +220,7 @@ class Equations(Trace):
         r = length(self.between(circle.link, circle.centre, point))
         g, n = self._line(line)
         w = minus(g, self.points[circle.centre])
-        body = line.body if isinstance(line, Slot) else line.slide.body
-        inherited = larger(self._conditions[circle.centre], self._condition_of(body))
+        inherited = larger(self._conditions[circle.centre], self._condition_of(line.body))
         known = self._margins(circle.centre, line, r.terms[0])
         if known:
             low, high, size = known
@@ -247,7 +247,7 @@ class Equations(Trace):
         t = cross(minus(h, g), m) / sine
         inherited = self.graph.constant(1.0)
         for line in (first, second):
-            inherited = larger(inherited, self._condition_of(line.body if isinstance(line, Slot) else line.slide.body))
+            inherited = larger(inherited, self._condition_of(line.body))
         own = self._add_line_factor(point, sine, inherited)
         self._know(point, (g[0] + t * n[0], g[1] + t * n[1]), own, point)
 

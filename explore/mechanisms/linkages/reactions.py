@@ -37,6 +37,7 @@ from explore.mechanisms.linkages.steps import (
     SlideInSlot,
     SlideLine,
     Step,
+    TranslateLink,
 )
 from explore.mechanisms.linkages.table import FRAME, Slide, Slot
 from explore.mechanisms.linkages.vectors import Local, cross, dot, minus
@@ -84,6 +85,8 @@ class Reactions:
         for step in equations.steps:
             if isinstance(step, DriveOnLines):
                 self._last = (step.first[0], step.second[0])
+        lines = [step.second for step in equations.steps if isinstance(step, JoinPoint)]
+        self._placed_first = {line.body for line in lines if isinstance(line, SlideLine) and line.is_of_body}
         for step in reversed(equations.steps):
             self._take(step)
         for point, _ in self._table.frame.points:
@@ -100,6 +103,8 @@ class Reactions:
                 self._hold_by_slot(step)
             case SlideInSlot():
                 self._slide_in_slot(step)
+            case TranslateLink() if step.link in self._placed_first:
+                self._hold_slider(step)
             case Drive():
                 self.moment = -self._moment(step.link, step.pivot)
                 self._hold(step.link, step.pivot)
@@ -116,8 +121,29 @@ class Reactions:
         rest = _sum(self._pins[step.point], _sum(first, second))
         rest = self._rubbed(rest, loci, (along, beside), step.point)
         a, b = self._shares(rest, along, beside, step.point)
+        if isinstance(step.second, SlideLine) and step.second.is_of_body:
+            self._press_slider(step.second.slide, -b)
+            first = self._force_of(step.point, step.first)[0]
+            self._apply(step.point, step.first, _sum(first, _times(along, a)), a)
+            return
         self._apply(step.point, step.first, _sum(first, _times(along, a)), a)
         self._apply(step.point, step.second, _sum(second, _times(beside, b)), b)
+
+    def _press_slider(self, slide: Slide, size: Number) -> None:
+        """Note the force on a link that slides in one that is placed after it, at the link's pin."""
+        pin = next(s.point for s in self._equations.steps if isinstance(s, TranslateLink) and s.link == slide.link)
+        self.across[slide.link] = size
+        force, place = _times(self._normal_of_slide(slide), size), self._place(pin)
+        self._acting[slide.link].append((place, force))
+        self._acting[slide.body].append((place, (-force[0], -force[1])))
+
+    def _hold_slider(self, step: TranslateLink) -> None:
+        """Note the moment on a link of `_press_slider`, which passes through what it slides in, and its pin's force."""
+        moment = self._moment(step.link, step.point)
+        body = next(slide.body for slide in self._table.slides if slide.link == step.slide.body)
+        self._moments[step.link] = self._moments[step.link] - moment
+        self._moments[body] = self._moments[body] + moment
+        self._hold(step.link, step.point)
 
     def _drive_on_lines(self, step: DriveOnLines) -> None:
         (p, line), (q, other) = step.first, step.second
@@ -209,7 +235,8 @@ class Reactions:
         if isinstance(locus, Slot):
             return (self._zero, self._zero), self._normal(locus)
         if isinstance(locus, SlideLine):
-            return self._total(locus.slide.link), self._normal_of_slide(locus.slide)
+            total = (self._zero, self._zero) if locus.is_of_body else self._total(locus.slide.link)
+            return total, self._normal_of_slide(locus.slide)
         arm = minus(self._place(point), self._place(locus.centre))
         across = self._moment(locus.link, locus.centre) / dot(arm, arm)
         return _times(_left(arm), across), arm

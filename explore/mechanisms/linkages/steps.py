@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from explore.base.errors import RequestError
 from explore.mechanisms.linkages.group_steps import PoseGroup, find_group
-from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slide, Slot
+from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slide, Slot, carrier
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class PoseLink:
 
 @dataclass(frozen=True)
 class TranslateLink:
-    """The pose of a link that only translates, from one of its points, which a `SlideLine` placed."""
+    """The pose of a link that only translates, from one of its points; `SlideLine` places one of it or of its body."""
 
     link: str
     point: str
@@ -88,10 +88,21 @@ class Circle:
 
 @dataclass(frozen=True)
 class SlideLine:
-    """A point of a link that only translates along a direction of a known body."""
+    """A point of a link that only translates along a direction of a known body, or of the body along a known link."""
 
     point: str
     slide: Slide
+    is_of_body: bool = False
+
+    @property
+    def moving(self) -> str:
+        """The body with the point."""
+        return self.slide.body if self.is_of_body else self.slide.link
+
+    @property
+    def body(self) -> str:
+        """The known body."""
+        return self.slide.link if self.is_of_body else self.slide.body
 
 
 Locus = Circle | Slot | SlideLine
@@ -195,11 +206,9 @@ class _Search:
         known = [point for point, _ in body.points if point in self._points]
         slide = self._slides.get(body.name)
         if slide is not None:
-            if slide.body not in self._posed:
-                return None
-            if known:
+            if known and carrier(slide.body, self._table.slides) in self._posed:
                 return TranslateLink(body.name, known[0], slide)
-            slot = self._slot_of(body.name)
+            slot = self._slot_of(body.name) if slide.body in self._posed else None
             return SlideInSlot(body.name, slide, slot) if slot else None
         if len(known) >= 2:
             return PoseLink(body.name, known[0], known[1])
@@ -259,8 +268,14 @@ class _Search:
         """Lines of posed bodies that a point is known to be on."""
         bodies = [body.name for body in self._table.bodies_at(point) if body.name not in self._posed]
         slides = [self._slides[name] for name in bodies if name in self._slides]
-        lines: list[Slot | SlideLine] = [SlideLine(point, slide) for slide in slides if slide.body in self._posed]
-        return lines + [slot for slot in self._slots if slot.pin == point and slot.body in self._posed]
+        own = [SlideLine(point, slide) for slide in slides if slide.body in self._posed]
+        # A link that slides in the middle disc of an Oldham coupling is placed before the disc.
+        moving, placed = (
+            {line.moving for line in own},
+            [each for each in self._table.slides if each.link in self._posed],
+        )
+        others = [SlideLine(point, slide, is_of_body=True) for slide in placed if slide.body in moving]
+        return [*own, *others] + [slot for slot in self._slots if slot.pin == point and slot.body in self._posed]
 
     def _check(self) -> None:
         """Raise an error unless every link is posed and every equation is used, once."""

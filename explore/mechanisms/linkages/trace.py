@@ -205,7 +205,7 @@ class Trace:
             first, second = self._ends(locus)
             return self._in_plane(locus.body, first), self._direction(locus.body, minus(second, first))
         slide = locus.slide
-        return self._in_plane(slide.body, self._local[slide.link][locus.point]), self.slide_direction(slide)
+        return self._in_plane(locus.body, self._local[locus.moving][locus.point]), self.slide_direction(slide)
 
     def slide_direction(self, slide: Slide) -> Vector:
         """The unit vector along which a link slides."""

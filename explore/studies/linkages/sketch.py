@@ -290,7 +290,7 @@ class Sketch:
             body = self.table.body_of[line.body]
             along = self._end(line.along[1], body) - self._end(line.along[0], body)
         elif isinstance(line, SlideLine):
-            body, along = self.table.body_of[line.slide.body], self.local(line.slide.direction)
+            body, along = self.table.body_of[line.body], self.local(line.slide.direction)
         else:
             raise TypeError(line)
         turn = self._turn(body)
