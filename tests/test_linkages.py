@@ -312,6 +312,16 @@ def test_random_chains_of_dyads_keep_their_lengths(seed):
             (a, _), (b, length) = link.items()
             distance = mpmath.hypot(points[a][0] - points[b][0], points[a][1] - points[b][1])
             assert abs(distance - mpmath.mpf(values[length])) < mpmath.mpf("1e-100")
+        for slot in section["slots"].values():
+            x, y = points[slot["pin"]]
+            if slot["link"] == "frame":
+                (ax, ay), (bx, by) = ([mpmath.mpf(values[each]) for each in end] for end in slot["along"])
+                offset = ((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / mpmath.hypot(bx - ax, by - ay)
+            else:  # at a distance from the line of both points of the link, to its left
+                (ax, ay), (bx, by) = (points[each] for each in section["links"][slot["link"]])
+                offset = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / mpmath.hypot(bx - ax, by - ay)
+                offset -= mpmath.mpf(values[slot["along"][0][1]])
+            assert abs(offset) < mpmath.mpf("1e-100")
         last = equations.points[list(equations.points)[-1]]
         for series in last:
             place = [evaluate_graph([series.terms[0]], values, angle + k * step)[0] for k in (-1, 0, 1)]
@@ -322,26 +332,43 @@ def test_random_chains_of_dyads_keep_their_lengths(seed):
 
 
 def _random_chain(rng):
-    """One to six dyads of two bars each on known points, with lengths that assemble at a crank angle."""
+    """One to six dyads RRR, RRP and RPR on known points, with lengths that assemble at a crank angle."""
     angle = float(rng.uniform(0.0, 2.0 * math.pi))
     places = {"O": (0.0, 0.0), "A": (30.0 * math.cos(angle), 30.0 * math.sin(angle))}
-    frame, links, values, branch = {"O": [0, 0]}, {"crank": {"O": 0, "A": "c"}}, {"c": 30.0}, {}
+    frame, links, slots, values, branch = {"O": [0, 0]}, {"crank": {"O": 0, "A": "c"}}, {}, {"c": 30.0}, {}
     for k in range(rng.integers(1, 7)):
-        ground = f"G{k}"
-        places[ground] = tuple(rng.uniform(-100.0, 100.0, 2))
-        frame[ground] = [f"{ground}x", f"{ground}y"]
-        values |= {f"{ground}x": places[ground][0], f"{ground}y": places[ground][1]}
-        moving = [point for point in places if point not in frame]
-        first, second = str(rng.choice(moving)), ground
-        joint = f"J{k}"
-        places[joint] = tuple(rng.uniform(-150.0, 150.0, 2))
-        for end in (first, second):
-            links[f"bar_{joint}_{end}"] = {end: 0, joint: f"l_{joint}_{end}"}
-            values[f"l_{joint}_{end}"] = math.dist(places[end], places[joint])
-        (ax, ay), (bx, by), (px, py) = places[first], places[second], places[joint]
-        side = (bx - ax) * (py - ay) - (by - ay) * (px - ax)
-        branch[joint] = f"{'left' if side > 0 else 'right'} of {first} {second}"
-    return {"driver": "crank", "frame": frame, "links": links, "branch": branch}, values, angle
+        kind, joint, ground = rng.choice(["bars", "bars", "guide", "lever"]), f"J{k}", f"G{k}"
+        first = str(rng.choice([point for point in places if point not in frame]))
+        (fx, fy), (px, py) = places[first], rng.uniform(-150.0, 150.0, 2)
+        if kind == "guide":  # its line passes the joint
+            ends = [f"{joint}a", f"{joint}b"], [f"{joint}c", f"{joint}d"]
+            direction, (back, on) = rng.uniform(0.0, 2.0 * math.pi), rng.uniform(20.0, 200.0, 2)
+            dx, dy = math.cos(direction), math.sin(direction)
+            values |= dict(
+                zip((*ends[0], *ends[1]), (px - back * dx, py - back * dy, px + on * dx, py + on * dy), strict=True)
+            )
+            slots[f"g{k}"] = {"pin": joint, "link": "frame", "along": list(ends)}
+            branch[joint] = "far" if (px - fx) * dx + (py - fy) * dy > 0 else "near"
+        else:
+            places[ground] = gx, gy = tuple(rng.uniform(-100.0, 100.0, 2))
+            frame[ground] = [f"{ground}x", f"{ground}y"]
+            values |= {f"{ground}x": gx, f"{ground}y": gy}
+        if kind == "lever":  # a pin in its slot, which passes its pivot at a distance
+            across, arm = rng.uniform(-0.8, 0.8) * math.dist(places[first], places[ground]), rng.uniform(20.0, 200.0)
+            way = math.atan2(fy - gy, fx - gx) - math.asin(across / math.dist(places[first], places[ground]))
+            px, py = gx + arm * math.cos(way), gy + arm * math.sin(way)
+            links[f"lever_{k}"] = {ground: 0, joint: f"l_{joint}_{ground}"}
+            values |= {f"l_{joint}_{ground}": arm, f"across_{k}": across}
+            slots[f"g{k}"] = {"pin": first, "link": f"lever_{k}", "along": [[0, f"across_{k}"], [1, f"across_{k}"]]}
+        else:
+            side = (gx - fx) * (py - fy) - (gy - fy) * (px - fx) if kind == "bars" else 0.0
+            branch |= {joint: f"{'left' if side > 0 else 'right'} of {first} {ground}"} if kind == "bars" else {}
+            for end in (first, ground)[: 2 if kind == "bars" else 1]:
+                links[f"bar_{joint}_{end}"] = {end: 0, joint: f"l_{joint}_{end}"}
+                values[f"l_{joint}_{end}"] = math.dist(places[end], (px, py))
+        places[joint] = px, py
+    section = {"driver": "crank", "frame": frame, "links": links, "slots": slots, "branch": branch}
+    return section, {name: float(value) for name, value in values.items()}, angle
 
 
 @pytest.mark.parametrize("ground", [50.1, 50.01, 50.000001])
