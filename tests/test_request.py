@@ -177,8 +177,6 @@ def test_an_interval_of_a_full_turn_is_the_cycle():
         ({"from": 0, "too": 3}, "unknown key 'too'"),
         ({"from": 0, "to": math.inf}, "not a finite number"),
         ({"from": "0 mm", "to": 3}, "cannot be converted to 'deg'"),
-        ("dirve", "did you mean 'drive'"),
-        ([1], "unknown window"),
     ],
 )
 def test_bad_window(window, reason):
@@ -229,12 +227,8 @@ def test_constraints_are_sorted_by_name_and_converted():
     ("bounds", "reason"),
     [
         ({"linkage_class": {"min": 1}}, "constraints.linkage_class: linkage_class is a label"),
-        ({"swng_angle": {"min": 1}}, "did you mean 'swing_angle'"),
         ({"swing_angle": {}}, "at least one bound"),
-        ({"swing_angle": 3}, "at least one bound"),
-        ({"swing_angle": {"mni": 3}}, "constraints.swing_angle.mni: unknown key; did you mean 'min'"),
         ({"swing_angle": {"min": 3, "max": 2}}, "min = 3 is above max = 2"),
-        ({"swing_angle": {"min": math.nan}}, "constraints.swing_angle.min: nan is not a finite number"),
         ({"swing_angle": {"max": True}}, "true is not a number"),
     ],
 )
@@ -266,10 +260,6 @@ def test_metrics_are_a_list():
     assert problem(metrics=5) == "metrics: must be a list of names, got 5"
 
 
-def test_empty_metrics():
-    assert "the list is empty; leave it out" in problem(metrics=[])
-
-
 @pytest.mark.parametrize(
     ("text", "sense"),
     [
@@ -297,7 +287,6 @@ def test_objective(text, sense):
         ("linkage_class:min", "is a label"),
         ("crank", "crank has no default sense; write crank:min or crank:max"),
         ("crank:up", "unknown sense 'up' of crank"),
-        ("foo", "unknown metric"),
     ],
 )
 def test_bad_objective(text, reason):

@@ -128,7 +128,6 @@ def test_whole_numbers_of_a_unit_come_back_as_they_were_written():
         ({"lenght": "in"}, "lenght: no such quantity; did you mean 'length'?"),
         ({"length": "inn"}, "length: unknown unit 'inn'; did you mean 'in'?"),
         ({"length": "rpm"}, "length: 'rpm' cannot be converted to 'mm'; use mm, cm, m or in"),
-        ({"speed": "1/s"}, "speed: '1/s' cannot be converted to 'rad/s'"),
         ({"length": 3}, 'length: must be a unit in quotes, such as "mm", got 3'),
         ({"length": "2 in"}, "length: '2 in' is not a unit"),
         ({"length": "10**10**10"}, "is not a unit"),
