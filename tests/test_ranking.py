@@ -164,16 +164,6 @@ def test_labels_of_a_table_may_repeat():
     assert ranked["front"].tolist() == [1, 2, 3, 4]
 
 
-def test_an_undefined_constraint_is_counted_as_such():
-    columns = {"feasible": np.array([False]), "status": np.array([1]), "cv_margin": np.array([np.nan])}
-    tally = Tally(("cv_margin",))
-
-    tally.count(columns, np.array([False]), np.array([True]))
-
-    assert tally.by_undefined_constraint["cv_margin"] == 1
-    assert tally.by_constraint["cv_margin"] == 0
-
-
 def test_any_table_can_be_ranked_in_fronts():
     table = pd.DataFrame(
         {"cv": [1.0, 2.0, 2.0, 3.0, 1.0], "swing_angle": [1.0, 5.0, 5.0, 4.0, 0.0]}, index=list("abcde")
@@ -237,13 +227,19 @@ def test_nothing_feasible_gives_an_empty_table():
     assert "front" in ranked.columns
 
 
-def test_a_margin_of_exactly_zero_is_not_counted_as_missed():
-    columns = {"feasible": np.ones(3, bool), "status": np.ones(3, np.int8), "cv_margin": np.array([0.0, -1e-300, 1.0])}
+@pytest.mark.parametrize(
+    ("status", "margins", "missed", "undefined"),
+    [
+        ([1, 1, 1], [0.0, -1e-300, 1.0], 1, 0),  # a margin of exactly 0 is met
+        ([1, 3, 6], [np.nan, np.nan, np.nan], 0, 1),  # undefined only where the design was computed
+        ([6, 6, 3], [-1.0, 2.0, -1.0], 1, 0),  # a screened design misses its constraint
+    ],
+)
+def test_missed_and_undefined_constraints_are_counted(status, margins, missed, undefined):
     tally = Tally(("cv_margin",))
-
-    tally.count(columns, np.ones(3, bool), np.ones(3, bool))
-
-    assert tally.by_constraint["cv_margin"] == 1
+    tally.count({"status": np.array(status), "cv_margin": np.array(margins)}, np.zeros(3, bool), np.ones(3, bool))
+    assert tally.by_constraint["cv_margin"] == missed
+    assert tally.by_undefined_constraint["cv_margin"] == undefined
 
 
 def test_only_feasible_designs_count_as_not_finite():
@@ -260,24 +256,6 @@ def test_any_number_of_objectives_counts():
     table = pd.DataFrame(1.0 - np.eye(6), columns=list("abcdef"))
 
     assert len(explore.rank(table, objectives=[f"{name}:min" for name in table])) == 6
-
-
-def test_a_margin_is_undefined_only_where_the_design_was_computed():
-    columns = {"status": np.array([1, 3, 6]), "cv_margin": np.full(3, np.nan)}
-    tally = Tally(("cv_margin",))
-
-    tally.count(columns, np.zeros(3, bool), np.ones(3, bool))
-
-    assert tally.by_undefined_constraint["cv_margin"] == 1
-
-
-def test_a_screened_design_counts_as_missing_its_constraint():
-    columns = {"status": np.array([6, 6, 3]), "angle_margin": np.array([-1.0, 2.0, -1.0])}
-    tally = Tally(("angle_margin",))
-
-    tally.count(columns, np.zeros(3, bool), np.ones(3, bool))
-
-    assert tally.by_constraint["angle_margin"] == 1
 
 
 @pytest.mark.parametrize(
