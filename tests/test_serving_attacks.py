@@ -4,11 +4,11 @@ import json
 import os
 import random
 import re
-import subprocess
 import time
 from datetime import UTC, datetime, timedelta
 
 import pytest
+from faults.disks import mounted
 from served import Served, build_index, serving, submit_and_wait, wait_settled
 from studies import FEW, GOOD
 from test_serving_jobs import reopened
@@ -64,13 +64,8 @@ def disk(tmp_path):
     """A disk of 3 MB."""
     folder = tmp_path / "disk"
     folder.mkdir()
-    mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=3m", "none", folder], capture_output=True, text=True, check=False
-    )
-    if mounted.returncode:
-        pytest.skip(f"only the superuser mounts disks: {mounted.stderr}")
-    yield folder
-    subprocess.run(["umount", "-l", folder], check=True)
+    with mounted(folder, "3m"):
+        yield folder
 
 
 def fill_disk(disk):

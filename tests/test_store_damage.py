@@ -5,7 +5,7 @@ import os
 import h5py
 import numpy as np
 import pytest
-from store_files import BLOCK, COLUMNS, N_DESIGNS, assert_random_damage_is_told
+from store_files import BLOCK, N_DESIGNS, assert_random_damage_is_told
 
 from explore.base.errors import ResultsError
 from explore.results.store.open_results import open_results
@@ -22,11 +22,6 @@ def test_files_that_are_not_hdf5(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(ResultsError, match=r"text\.h5 is (not an HDF5 file|damaged|cut short)"):
         open_results(path)
-
-
-def test_folder_in_place_of_a_file(tmp_path):
-    with pytest.raises(ResultsError):
-        open_results(tmp_path)
 
 
 @pytest.mark.parametrize("kind", ["copy", "packed_copy"])
@@ -72,31 +67,12 @@ def test_newer_version(copy):
         open_results(copy)
 
 
-def external_column(file: h5py.File) -> None:
-    del file["designs/crank"]
-    file["designs/crank"] = h5py.ExternalLink("other.h5", "/designs/crank")
-
-
 def chunked_column(file: h5py.File) -> None:
     del file["designs/crank"]
     file["designs"].create_dataset("crank", (N_DESIGNS,), "<f8", chunks=(BLOCK,))
 
 
-def vast_column(file: h5py.File) -> None:
-    """Columns of 8 PB, none of it in the file."""
-    for name in COLUMNS:
-        del file["designs"][name.name]
-        file["designs"].create_dataset(name.name, (10**15,), name.dtype, fill_time="never")
-    file.attrs["n_designs"] = 10**15
-
-
-def text_column(file: h5py.File) -> None:
-    del file["designs/crank"]
-    file["designs/crank"] = np.full(N_DESIGNS, b"abc")
-
-
 HOSTILE = {
-    "n_designs larger than the columns": lambda file: file.attrs.modify("n_designs", 10**15),
     "n_designs smaller": lambda file: file.attrs.modify("n_designs", 10),
     "n_designs negative": lambda file: file.attrs.modify("n_designs", -1),
     "n_designs is a text": lambda file: file.attrs.create("n_designs", "many"),
@@ -110,10 +86,7 @@ HOSTILE = {
     "one column more": lambda file: file["designs"].create_dataset("more", data=np.zeros(3)),
     "labels are no JSON": lambda file: file["designs/status"].attrs.create("labels", "{"),
     "labels are a list": lambda file: file["designs/status"].attrs.create("labels", "[1]"),
-    "a column in another file": external_column,
     "a chunked column": chunked_column,
-    "columns of 8 PB": vast_column,
-    "a column of texts": text_column,
 }
 
 

@@ -108,15 +108,6 @@ def test_bytes_depend_on_the_content_only(tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.h5", "b.h5"]
 
 
-def test_an_existing_file_is_never_replaced(tmp_path):
-    path = tmp_path / "a.h5"
-    path.write_text("my thesis")
-    with pytest.raises(ResultsError, match=r"a\.h5 was made by another program meanwhile, so it is left alone; move"):
-        keep(path, SOME)
-    assert path.read_text() == "my thesis"
-    assert [p.name for p in tmp_path.iterdir()] == ["a.h5"]
-
-
 def test_invalid_content_is_an_error(tmp_path):
     good = arrays(SOME)
     for attributes, changes, text in (

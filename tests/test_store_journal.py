@@ -2,14 +2,13 @@
 
 import contextlib
 import itertools
-import os
 import resource
-import subprocess
 import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from faults.disks import mounted
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -280,11 +279,7 @@ def test_full_disk_at_the_beginning_leaves_nothing(tmp_path):
 
 
 def test_disk_full_for_real(tmp_path):
-    if os.geteuid() != 0:
-        pytest.skip("only the superuser can mount a small file system")
-    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=16k", "tmpfs", tmp_path], check=False).returncode:
-        pytest.skip("this system does not allow mounting a small file system")
-    try:
+    with mounted(tmp_path, "16k"):
         with Journal(tmp_path / "a.journal", HEADER) as journal:
             for number in itertools.count():
                 try:
@@ -295,8 +290,6 @@ def test_disk_full_for_real(tmp_path):
             assert "No space left on device; run the sweep again" in problem
             assert check(journal) == list(range(number))
         assert numbers_in(tmp_path / "a.journal") == list(range(number))
-    finally:
-        subprocess.run(["umount", tmp_path], check=True)
 
 
 def test_append_is_durable_when_it_returns(tmp_path, monkeypatch):

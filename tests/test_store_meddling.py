@@ -102,14 +102,6 @@ def test_a_copy_that_replaced_the_file_is_checked_and_continued(study, tmp_path)
     assert sha256(path) == sha256(tmp_path / "undisturbed.h5")
 
 
-def test_commit_into_a_removed_file_is_refused(tmp_path):
-    path = tmp_path / "grid.h5"
-    with writer(path) as store:
-        path.unlink()
-        with pytest.raises(ResultsError, match="removed during the sweep; its 0 designs are lost with it"):
-            store.commit(0, values(0))
-
-
 # --- the journal of a sweep that keeps the front ---------------------------------------------------------------------
 
 
@@ -184,15 +176,6 @@ def test_lock_that_a_holder_left_is_removed(tmp_path, text):
     lock.write_text(text)
     fill(tmp_path / "grid.h5", [0])
     assert not lock.exists()
-
-
-def test_lock_of_another_process_is_left_to_it(tmp_path):
-    """The lock file was removed and made again by another process, which alone may remove it."""
-    path, lock = tmp_path / "grid.h5", tmp_path / "grid.h5.lock"
-    with LockFile(path):
-        lock.unlink()
-        lock.write_text("process 1 on host other")
-    assert lock.read_text() == "process 1 on host other"
 
 
 @pytest.mark.parametrize("name", ["lock", "journal", "log.jsonl"])
@@ -273,8 +256,6 @@ ranked = swept(STUDY, "grid", give=lambda results: results.path.parent)
 
 EXPORTS = {
     "rank.csv": ("rank", "grid.h5"),
-    "rank.json": ("rank", "grid.h5"),
-    "rank.md": ("rank", "grid.h5"),
     "rank.parquet": ("rank", "grid.h5"),
     "motion.csv": ("simulate", "grid.toml"),
     "pareto.png": ("plot", "pareto", "grid.h5"),

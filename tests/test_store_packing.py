@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from command_line import patience
+from faults.disks import mounted
 from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, N_DESIGNS, fill, flip, sha256, unseal, values, writer
 from waiting import PATIENCE
 
@@ -219,16 +220,9 @@ def test_limit_on_the_length_of_a_file(packed, finished, tmp_path):
 
 def test_full_disk(packed, finished, tmp_path):
     """File systems that are too small for the copy, and one that is large enough."""
-    if os.geteuid() != 0:
-        pytest.skip("only the superuser can mount a small file system")
     size = packed.stat().st_size
     for share in (0.3, 0.6, 0.9, 2.0):
-        mounted = subprocess.run(
-            ["mount", "-t", "tmpfs", "-o", f"size={int(share * size)}", "tmpfs", tmp_path], check=False
-        )
-        if mounted.returncode != 0:
-            pytest.skip("this system does not allow mounting a small file system")
-        try:
+        with mounted(tmp_path, str(int(share * size))):
             if share > 1:
                 pack(finished, tmp_path / "new.h5")
                 assert sha256(tmp_path / "new.h5") == sha256(packed)
@@ -238,8 +232,6 @@ def test_full_disk(packed, finished, tmp_path):
             ):
                 pack(finished, tmp_path / "new.h5")
             assert list(tmp_path.iterdir()) == []
-        finally:
-            subprocess.run(["umount", tmp_path], check=True)
 
 
 def test_sink_stores_the_first_error(tmp_path):

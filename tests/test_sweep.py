@@ -118,16 +118,6 @@ def test_sobol_sweeps_are_reproducible(tmp_path):
     assert len(explore.read_results(tmp_path / "a.h5")) == 70_000
 
 
-def test_a_sweep_that_cannot_fit_is_refused_with_its_size(tmp_path):
-    path = tmp_path / "huge.toml"
-    path.write_text(grid(CONSTRAINED, 160_000_000_000))
-    study = explore.load_study(path)
-
-    with pytest.raises(explore.ResultsError, match="needs .* bytes, but only .* are free"):
-        explore.sweep(study, tmp_path / "huge.h5")
-    assert list(tmp_path.iterdir()) == [path]
-
-
 def test_sweep_returns_the_results_and_warns_of_blocks_left_out(study, tmp_path, monkeypatch):
     real = runs.evaluate_block
 

@@ -15,6 +15,7 @@ from run_figures import user_property_values
 
 from faults.checker import Verdict, sha256
 from faults.content import fill
+from faults.disks import mounted
 from faults.server import Server
 from faults.sweeps import Command
 
@@ -150,9 +151,5 @@ def small_disk(tmp_path):
     """A file system of 1 MiB, three times the size of the results file."""
     place = tmp_path / "disk"
     place.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(place)]
-    done = subprocess.run(mount, capture_output=True, text=True, check=False) if os.geteuid() == 0 else None
-    if done is None or done.returncode:
-        pytest.skip(f"cannot mount a small disk: {done.stderr.strip() if done else 'that takes the superuser'}")
-    yield place
-    subprocess.run(["umount", str(place)], check=True)
+    with mounted(place, "1m"):
+        yield place

@@ -1,9 +1,7 @@
 """Damaged bytes, changed studies, and blocks in any order."""
 
-import json
 import random
 import shutil
-import time
 
 import h5py
 import numpy as np
@@ -12,7 +10,7 @@ from command_line import call
 
 from explore.results.store.open_results import open_results
 from faults.checker import check, sha256
-from faults.content import ATTRIBUTES, BLOCK, COLUMNS, N_BLOCKS, fill, rows
+from faults.content import BLOCK, COLUMNS, N_BLOCKS, rows
 from faults.sweeps import study, sweep_here
 
 
@@ -56,39 +54,3 @@ def test_changed_study_is_refused_and_the_file_untouched(tmp_path, figures):
     assert (path.read_bytes(), path.stat().st_mtime_ns) == before
     assert sorted(file.name for file in tmp_path.glob("grid.h5*")) == ["grid.h5", "grid.h5.log.jsonl"]
     figures["trials"] += 1
-
-
-@pytest.mark.parametrize(
-    ("attributes", "change"),
-    [
-        ({"kernel": "crank-rocker 2"}, '  kernel: "crank-rocker 1" -> "crank-rocker 2"\n'),
-        (
-            {"request_sha256": "cd" * 32, "determines": json.dumps({"mechanism": "crank-rocker", "parameters": {}})},
-            "  parameters.crank: [1, 2] -> (not there)\n",
-        ),
-    ],
-)
-def test_changed_kernel_or_request_is_refused_and_the_file_untouched(server, copy, figures, attributes, change):
-    assert attributes.keys() <= ATTRIBUTES.keys()
-    before = copy.read_bytes(), copy.stat().st_mtime_ns
-    writing = server.write(copy, attributes=attributes)
-    assert (writing.code, writing.lines) == (1, [])
-    assert f"error: {copy} holds the results of another study; what changed:\n" in writing.errors
-    assert change in writing.errors
-    assert (copy.read_bytes(), copy.stat().st_mtime_ns) == before
-    assert [entry.name for entry in copy.parent.iterdir()] == ["grid.h5"]
-    figures["trials"] += 1
-
-
-@pytest.mark.parametrize("seeds", [8, pytest.param(200, marks=pytest.mark.slow)])
-def test_any_order_of_blocks_gives_the_same_bytes(fresh, undisturbed, whole, figures, seeds):
-    time.sleep(max(0.0, undisturbed.stat().st_mtime + 1.1 - time.time()))  # HDF5 would keep times in seconds
-    for seed in range(seeds):
-        chance = random.Random(seed)
-        order = chance.sample(range(N_BLOCKS), N_BLOCKS)
-        path = fresh() / "grid.h5"
-        cut = chance.randrange(N_BLOCKS)
-        fill(path, order[:cut])
-        fill(path, order[cut:])
-        assert sha256(path) == whole, seed
-        figures.count(check(path, range(N_BLOCKS)))

@@ -7,7 +7,6 @@ import signal
 import time
 from pathlib import Path
 
-import h5py
 import pytest
 from waiting import wait_until
 
@@ -75,19 +74,6 @@ def test_of_four_commands_at_once_one_sweeps(command, tmp_path, figures, rounds)
         figures["trials"] += 1
 
 
-@pytest.mark.parametrize("trials", [20, pytest.param(200, marks=pytest.mark.slow)])
-def test_lock_of_a_killed_writer_is_free_at_once(server, fresh, whole, figures, trials):
-    for _ in range(trials):
-        path = fresh() / "grid.h5"
-        holder = server.start(path, hold="/never")
-        wait_until(lambda holder=holder: "open" in holder.lines)
-        holder.kill()
-        assert path.with_name("grid.h5.lock").exists(), "it was stale"
-        fill(path)
-        assert sha256(path) == whole
-        figures.count(check(path, holder.numbers("done")))
-
-
 @pytest.mark.parametrize("trials", [3, pytest.param(20, marks=pytest.mark.slow)])
 def test_children_of_a_killed_writer_do_not_hold_its_lock(server, fresh, whole, figures, trials):
     for _ in range(trials):
@@ -103,23 +89,5 @@ def test_children_of_a_killed_writer_do_not_hold_its_lock(server, fresh, whole, 
             for child in children:
                 with contextlib.suppress(ProcessLookupError):
                     os.kill(child, signal.SIGKILL)
-        assert sha256(path) == whole
-        figures.count(check(path, range(N_BLOCKS)))
-
-
-@pytest.mark.parametrize("trials", [5, pytest.param(50, marks=pytest.mark.slow)])
-def test_other_programs_cannot_write_meanwhile(server, fresh, memory, whole, figures, trials):
-    for _ in range(trials):
-        path, release = fresh() / "grid.h5", memory / "release"
-        writing = server.start(path, hold=str(release))
-        wait_until(lambda writing=writing: "open" in writing.lines)
-        for mode in ("r+", "a"):
-            with pytest.raises(OSError, match="lock"):
-                h5py.File(path, mode)
-        with h5py.File(path, "r") as file:
-            assert file.attrs["n_designs"], "the file can be read meanwhile"
-        release.touch()
-        assert writing.code == 0
-        release.unlink()
         assert sha256(path) == whole
         figures.count(check(path, range(N_BLOCKS)))
