@@ -1,6 +1,5 @@
 """The service over HTTP: a real server over TCP, its rights, its words and its events."""
 
-import asyncio
 import contextlib
 import json
 import os
@@ -19,7 +18,6 @@ from urllib.parse import quote
 import httpx
 import psutil
 import pytest
-import uvicorn
 from command_line import call, run
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes
@@ -29,14 +27,13 @@ from fastapi import HTTPException
 from prometheus_client.parser import text_string_to_metric_families
 from served import Served, events_of, serving, submit_and_wait, wait_settled
 from studies import FEW, GOOD
-from uvicorn.server import ServerState
 from waiting import PATIENCE, wait_until
 
 import explore
 from explore.base.errors import RequestError
 from explore.cli.commands import serve as serve_command
 from explore.cli.options import name_options
-from explore.service import access, connections, server
+from explore.service import access, server
 from explore.service.access import Access, Right
 from explore.service.plans import Limits
 from explore.service.server import Place
@@ -283,30 +280,6 @@ def test_files_that_a_person_removed_are_told_in_words(client, served):
         answer = client.get(path)
         assert (answer.status_code, answer.json()["detail"]) == (409, reason)
     assert client.delete("/api/jobs/removed").status_code == 204
-
-
-@pytest.mark.parametrize("begun", [b"", b"GET / HTTP/1.1\r\nHost: x", b"GET / HTTP/1.1\r\nHost: x\r\n\r\nGET / H"])
-def test_a_client_that_completes_no_request_is_left(begun, monkeypatch):
-    async def answer(scope, receive, send):
-        await asyncio.sleep(0.5)  # longer than a client may take: answers are not bounded
-        await send({"type": "http.response.start", "status": 204, "headers": []})
-        await send({"type": "http.response.body"})
-
-    async def visit():
-        config = uvicorn.Config(answer, lifespan="off", log_level="critical")
-        loop = asyncio.get_running_loop()
-        server = await loop.create_server(lambda: connections.Connection(config, ServerState(), {}), "127.0.0.1", 0)
-        async with server, asyncio.timeout(4):
-            reader, writer = await asyncio.open_connection(*server.sockets[0].getsockname())
-            writer.write(begun)
-            if b"\r\n\r\n" in begun:
-                assert (await reader.readuntil(b"\r\n\r\n")).startswith(b"HTTP/1.1 204")
-                writer.write(b"TT")
-            assert await reader.read() == b""
-            writer.close()
-
-    monkeypatch.setattr(connections, "_HEAD_SECONDS", 0.2)
-    asyncio.run(visit())
 
 
 def test_turns_are_bounded():

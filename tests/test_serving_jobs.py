@@ -15,7 +15,7 @@ from command_line import run
 from studies import FEW, GOOD
 from waiting import wait_until
 
-from explore.base.errors import ConfigError, RequestError, ResultsError
+from explore.base.errors import ConfigError, RequestError
 from explore.service.folder import Folder, State, check_name
 from explore.service.job_files import Kind, Refinement, read_job_file
 from explore.service.jobs import Job, append_event, read_events
@@ -167,17 +167,6 @@ def test_other_files_and_damaged_logs_are_borne(jobs, tmp_path):
 # --- plans and limits -------------------------------------------------------------------------------------------------
 
 
-def test_all_problems_of_a_study_with_their_lines(jobs):
-    wrong = FEW.replace("crank =", "cranc =").replace("[parameters]", "[parametres]\n[parameters]")
-    with pytest.raises(ConfigError) as caught:
-        jobs.submit("grid", wrong.encode())
-    assert caught.value.problems == [
-        "grid.toml:2: parametres: unknown key; did you mean 'parameters'?",
-        "grid.toml:4: parameters.cranc: unknown parameter; did you mean 'crank'?",
-    ]
-    assert jobs.in_order() == []
-
-
 def test_a_study_names_no_file_of_the_server(jobs, tmp_path):
     secret = tmp_path / "secret.csv"
     secret.write_text("crank,password\n1,hunter2\n")
@@ -237,14 +226,6 @@ def test_limits_refuse_in_words(jobs, tmp_path):
 
 
 # --- sweeps -----------------------------------------------------------------------------------------------------------
-
-
-def test_the_second_server_of_a_folder_says_who_serves_it(tmp_path):
-    message = f"is served by process {os.getpid()} on host"
-    with Folder(tmp_path).locked(), pytest.raises(ResultsError, match=message), Folder(tmp_path).locked():
-        pass
-    with Folder(tmp_path).locked():
-        pass
 
 
 def test_a_cancelled_sweep_goes_on_where_it_ended(tmp_path):

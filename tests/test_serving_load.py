@@ -117,6 +117,26 @@ def test_a_client_that_reads_nothing_is_left_and_holds_little(monkeypatch):
     assert 0 < n_sent < 1000
 
 
+@pytest.mark.parametrize("begun", [b"", b"GET / HTTP/1.1\r\nHost: x", b"GET / HTTP/1.1\r\nHost: x\r\n\r\nGET / H"])
+def test_a_client_that_completes_no_request_is_left(begun, monkeypatch):
+    async def answer(scope, receive, send):
+        await asyncio.sleep(0.5)  # longer than a client may take: answers are not bounded
+        await send({"type": "http.response.start", "status": 204, "headers": []})
+        await send({"type": "http.response.body"})
+
+    async def visit(address, state):
+        reader, writer = await asyncio.open_connection(*address)
+        writer.write(begun)
+        if b"\r\n\r\n" in begun:
+            assert (await reader.readuntil(b"\r\n\r\n")).startswith(b"HTTP/1.1 204")
+            writer.write(b"TT")
+        assert await reader.read() == b""
+        writer.close()
+
+    monkeypatch.setattr(connections, "_HEAD_SECONDS", 0.2)
+    asyncio.run(serve_connections(answer, visit))
+
+
 def test_a_client_that_reads_slowly_gets_everything(monkeypatch):
     async def answer(scope, receive, send):
         await send({"type": "http.response.start", "status": 200, "headers": []})

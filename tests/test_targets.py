@@ -241,14 +241,6 @@ def test_hausdorff_and_chamfer(closed):
     assert found["path_error_chamfer"][0] == pytest.approx(chamfer, rel=0.01)
 
 
-def test_a_server_reads_no_file_of_points():
-    from explore.service.job_files import read_job_file
-
-    text = study_of("path").to_toml().replace("points = [[0, 0], [10, 0], [10, 10], [0, 10]]", 'file = "/etc/hostname"')
-    with pytest.raises(ConfigError, match="target.file: a server reads no file of points"):
-        read_job_file("square", text.encode())
-
-
 def test_designs_whose_crank_does_not_turn_have_no_error():
     design = {"crank": 50, "coupler": 100, "rocker": 100, "ground": 260, "M_along": 1, "M_across": 2}
     target = {"kind": "path", "points": SQUARE}
