@@ -106,18 +106,6 @@ def test_sweep_again_says_that_nothing_is_left_to_do(sweep_folder):
     assert "complete already: 6 designs" in run("sweep", "small.toml", cwd=sweep_folder).stderr
 
 
-def test_a_changed_study_is_refused_with_what_changed(sweep_folder):
-    (sweep_folder / "changed.toml").write_text(SMALL.replace("541.7118", "541.5"))
-    before = (sweep_folder / "results/small.h5").read_bytes()
-
-    output = run("sweep", "changed.toml", "-o", "results/small.h5", cwd=sweep_folder, code=1)
-
-    assert "541.7118" in output.stderr
-    assert "541.5" in output.stderr
-    assert output.stderr.endswith("\nuse --restart to start over, or name another file with -o\n")
-    assert (sweep_folder / "results/small.h5").read_bytes() == before
-
-
 def test_rank_prints_the_speeds_of_one_linkage_as_one_line(sweep_folder):
     output = run("rank", "--metric", "cv", cwd=sweep_folder)
 
@@ -326,21 +314,11 @@ def test_a_trillion_designs_can_be_planned_at_once_but_not_swept(tmp_path):
     ("arguments", "code", "message"),
     [
         (["rank"], 1, "no results yet"),
-        (["show"], 1, "no results yet"),
-        (["rank", "missing.h5"], 1, "missing.h5"),
-        (["sweep", "missing.toml"], 2, "missing.toml"),
-        (["rank", "text.h5"], 1, "text.h5"),
-        (["show", "empty.h5"], 1, "empty.h5"),
         (["simulate"], 2, "either a study or --mechanism"),
         (["simulate", "--mechanism", "crank-rokcer"], 2, "did you mean 'crank-rocker'"),
         (["simulate", "--mechanism", "crank-rocker", "--set", "crank"], 2, "NAME=VALUE"),
         (["simulate", "--mechanism", "crank-rocker", "--set", "crnak=1"], 2, "crank"),
         (["simulate", "--mechanism", "crank-rocker", *LENGTHS, "--set", "crank=200"], 1, "cannot turn fully"),
-        (
-            ["simulate", "--mechanism", "crank-rocker", *LENGTHS, "--set", "phases=13"],
-            2,
-            "--set phases: must be a whole number from 1 to 12, got 13",
-        ),
         (["mechanisms", "six-bar"], 2, "six-bar"),
         (["rank", "--where", "crank > 1", "--where", "crank < 2"], 2, "--where is given several times"),
         (["show", "-o", "a.csv", "--output", "b.csv"], 2, "--output is given several times"),
@@ -349,38 +327,8 @@ def test_a_trillion_designs_can_be_planned_at_once_but_not_swept(tmp_path):
     ],
 )
 def test_bad_input_gets_one_clear_line(tmp_path, arguments, code, message):
-    (tmp_path / "text.h5").write_text("not HDF5")
-    (tmp_path / "empty.h5").write_bytes(b"")
-    before = sorted(tmp_path.iterdir())
-
-    output = run(*arguments, cwd=tmp_path, code=code)
-
-    assert message in output.stderr
-    assert sorted(tmp_path.iterdir()) == before
-
-
-def test_all_errors_of_a_config_come_at_once_with_their_lines(tmp_path):
-    (tmp_path / "bad.toml").write_text(SMALL.replace("rocker =", "roker =") + '[evaluate]\nwindow = "drvie"\n')
-
-    output = run("sweep", "bad.toml", cwd=tmp_path, code=2)
-
-    assert "bad.toml:5: parameters.roker" in output.stderr
-    assert "bad.toml:9: evaluate.window" in output.stderr
-    assert not (tmp_path / "results").exists()
-
-
-def test_unknown_metrics_and_designs_of_results_get_one_line(sweep_folder):
-    assert "did you mean 'cv'" in run("rank", "--metric", "cvv", cwd=sweep_folder, code=2).stderr
-    assert "0 to 5" in run("show", "--design", "6", cwd=sweep_folder, code=1).stderr
-
-
-def test_a_folder_that_cannot_be_written_gets_one_line(tmp_path):
-    (tmp_path / "small.toml").write_text(SMALL)
-    (tmp_path / "results").write_text("a file where the folder should be")
-
-    output = run("sweep", "small.toml", cwd=tmp_path, code=1)
-
-    assert "results" in output.stderr
+    assert message in run(*arguments, cwd=tmp_path, code=code).stderr
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_an_interrupted_sweep_says_how_to_continue(tmp_path):
@@ -415,10 +363,6 @@ def test_changed_objectives_of_the_study_are_reported(sweep_folder):
 @pytest.mark.parametrize("objective", ["design:min", "status:max", "linkage_class:min", "feasible:max", ""])
 def test_codes_and_bookkeeping_columns_cannot_be_objectives(sweep_folder, objective):
     assert "no column" in run("rank", "--metric", objective, cwd=sweep_folder, code=2).stderr
-
-
-def test_a_length_can_be_an_objective(sweep_folder):
-    assert "crank" in run("rank", "--metric", "crank:min", "--metric", "cv", cwd=sweep_folder).stdout
 
 
 @pytest.mark.parametrize("extra", [[], ["--restart"]])
@@ -474,14 +418,6 @@ def test_set_replaces_parameters_of_the_study(sweep_folder):
     assert output.stderr.endswith(", but crank = 90\n")
     error = run("simulate", "small.toml", "--set", "crank=3 kg", cwd=sweep_folder, code=2)
     assert error.stderr == "error: --set crank: 'kg' cannot be converted to 'mm'; use mm, cm, m or in\n"
-
-
-def test_the_package_runs_as_a_module(tmp_path):
-    output = subprocess.run(
-        [sys.executable, "-m", "explore", "--version"], capture_output=True, text=True, check=True, cwd=tmp_path
-    )
-
-    assert output.stdout.startswith("explore ")
 
 
 def test_a_sweep_mutes_the_unfinished_futures_of_event_loops(tmp_path, caplog):

@@ -254,11 +254,6 @@ def test_simulate_of_a_table_by_another_method_says_what_is_left_out(folder):
     np.testing.assert_allclose(newton, closed[newton.columns], rtol=0, atol=1e-10 * np.abs(closed).max().max())
 
 
-def test_simulate_by_an_unknown_method():
-    reply = call("simulate", *DESIGN, "--method", "newtn")
-    assert_refused(reply, 2, "unknown method 'newtn'; did you mean 'newton'?")
-
-
 def test_a_package_that_is_not_installed_leaves_its_method_without_settings():
     """A real process in which no module `pylinkage` can be found."""
     code = (

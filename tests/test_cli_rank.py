@@ -116,20 +116,8 @@ def test_excluded_designs_are_counted(sweep_folder):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (
-            ["--where", "swing_angel > 20"],
-            "where: at character 1: no column 'swing_angel'; did you mean 'swing_angle'?",
-        ),
         (["--where", "swing_angle > 20 and"], "where: at the end: expected a comparison here"),
-        (["--limit", "transmission_angle_min=20"], "20 is below the min of 30 of the sweep"),
-        (
-            ["--limit", "time_ratio=1.2"],
-            "constrained on both sides, so say which side: min (time_ratio>=VALUE) or max",
-        ),
-        (["--limit", "cv=0.4"], "no constraint, so say which side: min (cv>=VALUE) or max (cv<=VALUE)"),
         (["--limit", "cv_margin<=0.4"], "no metric 'cv_margin'; available: crank, coupler, rocker, ground, cv, "),
-        (["--limit", "status<=1"], "no metric 'status'"),
-        (["--limit", "cv"], "write METRIC=VALUE"),
     ],
 )
 def test_a_wrong_condition_or_limit_gets_one_line(sweep_folder, arguments, message):

@@ -152,8 +152,6 @@ def test_polished_designs_are_in_the_chosen_units(folder):
     [
         ("length", "--units length: write QUANTITY=UNIT, such as length=in, or declared"),
         ("length=inn", "--units length=inn: unknown unit 'inn'; did you mean 'in'?"),
-        ("lenght=in", "--units lenght=in: no such quantity; did you mean 'length'?"),
-        ("speed=in", "--units speed=in: 'in' cannot be converted to 'rad/s'; use rad/s, deg/s, rpm or Hz"),
     ],
 )
 def test_wrong_units_get_one_line(folder, text, message):

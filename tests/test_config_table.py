@@ -196,6 +196,7 @@ def test_a_table_is_swept_and_one_with_other_values_is_refused(table):
         (f"{HEADER},phases\n{ROW},2.5\n", ["2: phases: must be a whole number from 1 to 12, got 2.5"]),
         (f"{HEADER}\n1,2,abc,4\n", ["2: rocker: 'abc' is not a number with a unit, such as \"10 mm\""]),
         (f'{HEADER}\n1,2,"5,5",4\n', ["2: rocker: '5,5' is not a number with a unit; write decimals with a point"]),
+        (f"{HEADER}\n1_0,2,3,4\n", ["2: crank: '1_0' is not a number with a unit, such as \"10 mm\""]),
         (f"{HEADER}\n1,2,3 kg,4\n", ["2: rocker: 'kg' cannot be converted to 'mm'; use mm, cm, m or in"]),
     ],
 )  # fmt: skip

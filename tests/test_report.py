@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 import re
 import shlex
 from pathlib import Path
@@ -92,8 +91,6 @@ def test_the_page_makes_no_network_requests(in_results):
     ("arguments", "message"),
     [
         (["-o", "front.pdf"], "-o front.pdf: the name must end in .html"),
-        (["-o", "results"], "-o results: the name must end in .html"),
-        (["-o", "nowhere/front.html"], "-o nowhere/front.html: there is no folder nowhere; name another file"),
         (["-o", "folder.html"], "-o folder.html: it is a folder; name another file"),
         (["other.h5"], "other.h5"),
         (["study.toml"], "study.toml"),
@@ -186,19 +183,6 @@ def test_equal_columns_are_stored_once():
     assert first == second
     assert other["defined"] == first["defined"]
     assert len(packer.texts) == 3
-
-
-def test_the_page_is_synchronised_before_it_is_renamed(in_results, monkeypatch):
-    page, synchronised = in_results / "page.html", []
-
-    def sync(descriptor, real=os.fsync):
-        status = os.fstat(descriptor)
-        synchronised.append((status.st_ino, status.st_size, page.exists()))
-        real(descriptor)
-
-    monkeypatch.setattr(os, "fsync", sync)
-    assert call("report", "-o", "page.html")[0] == 0
-    assert (page.stat().st_ino, page.stat().st_size, False) in synchronised
 
 
 def test_densities_count_all_feasible_designs_of_the_file(tmp_path, monkeypatch):

@@ -226,7 +226,6 @@ def test_a_study_with_tolerances_is_the_same_study(tmp_path):
         ("cranck = 0.1", "tolerances.cranck: crank-rocker has no such parameter; did you mean 'crank'?"),
         ("branch = 1", "tolerances.branch: has only listed values, so it cannot deviate; leave it out"),
         ("crank = -0.1", "tolerances.crank: must be at least 0, got -0.1"),
-        ('crank = "1 kg"', "tolerances.crank: 'kg' cannot be converted to 'mm'; use mm, cm, m or in"),
         ("crank = { distribution = 'normal' }", "tolerances.crank: the key 'plus_minus' is missing"),
         (
             "crank = { plus_minus = 1, distribution = 'gauss' }",
@@ -382,12 +381,6 @@ def test_a_finished_file_is_told_so_and_units_stay_at_80_columns(folder, robustn
     ("arguments", "code", "message"),
     [
         (["--tolerance", "crank"], 2, "--tolerance crank: write NAME=VALUE, such as crank=0.1"),
-        (
-            ["--tolerance", "cranck=1"],
-            2,
-            "tolerance of cranck: crank-rocker has no such parameter; did you mean 'crank'?",
-        ),
-        (["--tolerance", "crank=1:gauss"], 2, "tolerance of crank.distribution: must be normal or uniform"),
         (["--tolerance", "crank=0", "--tolerance", "coupler=0", "--tolerance", "rocker=0"], 2, "no dimension has"),
         (["--design", "9999"], 1, "9999"),
         (["-o", "robust.h5"], 1, "robust.h5 exists; name another file with -o or move it aside with --restart"),
