@@ -8,13 +8,10 @@ from studies import GOOD
     ("section", "problem"),
     [
         ('method = "sobl"', "8: sampling.method: unknown method 'sobl'; did you mean 'sobol'?"),
-        ('method = "tabel"\nfile = "x.csv"', "8: sampling.method: unknown method 'tabel'; did you mean 'table'?"),
-        ('method = "latin_hypercube"', "8: sampling.method: unknown method 'latin_hypercube'; did you mean 'latin-hyp"),
         (
             'method = "quasi"',
             "8: sampling.method: unknown method 'quasi'; available: grid, sobol, latin-hypercube, random, table",
         ),
-        ("method = 3", "8: sampling.method: must be a string in quotes, got 3"),
         (
             "count = 5",
             '8: sampling.count: has no effect with method = "grid"; remove it or set method = "sobol" or',
@@ -25,18 +22,14 @@ from studies import GOOD
         ('method = "table"\nfile = 3', "9: sampling.file: must be a string in quotes, got 3"),
         ('method = "table"\nfile = "x.csv"\ncount = 5', '10: sampling.count: has no effect with method = "table"; '),
         ('method = "table"\nfile = "x.csv"\nseed = 5', '10: sampling.seed: has no effect with method = "table"; '),
-        ('method = "sobol"', "7: sampling.count: is missing"),
         ('method = "sobol"\ncount = 0', "9: sampling.count: must be at least 1, got 0"),
-        ('method = "sobol"\ncount = "5"', "9: sampling.count: must be a whole number without quotes, got '5'"),
         ('method = "sobol"\ncount = 1.0', "9: sampling.count: must be a whole number without quotes, got 1.0"),
         ('method = "sobol"\ncount = 1073741825', "9: sampling.count: the Sobol' sequence has 30 bits"),
         ('method = "random"', "7: sampling.count: is missing; say how many"),
-        ('method = "random"\ncount = -1', "9: sampling.count: must be at least 1, got -1"),
         (
             f'method = "random"\ncount = {2**63}',
             "9: sampling.count: designs are numbered in 64 bits, which allows at most 9223372036854775807 designs, got",
         ),
-        ('method = "latin-hypercube"', "7: sampling.count: is missing; say how many"),
         (
             'method = "latin-hypercube"\ncount = 10000001',
             "9: sampling.count: a Latin hypercube is held in memory, which allows at most 10000000 designs, got 10",
@@ -56,7 +49,6 @@ def test_bad_sampling(problems, section, problem):
     ("section", "problem"),
     [
         ('[evaluate]\nmetrics = ["cv",\n "foo"]', "9: evaluate.metrics: unknown metric 'foo'"),
-        ('[evaluate]\nmetrics = ["cv",\n "cv"]', "9: evaluate.metrics: cv is listed twice"),
         ("[evaluate]\nmetrics = []", "8: evaluate.metrics: the list is empty; leave it out"),
         ('[evaluate]\nmetrics = "cv"', "8: evaluate.metrics: must be a list, such as"),
         ("[evaluate]\nmetrics = [3]", "8: evaluate.metrics: must be a string in quotes, got 3"),
@@ -68,22 +60,12 @@ def test_bad_sampling(problems, section, problem):
         ("[evaluate]\ndrive = 3", "8: evaluate.drive: must be a string in quotes, got 3"),
         ("[evaluate]\ntolerance = 1e-15", "8: evaluate.tolerance: 1e-15 is outside 1e-13 to 0.0001"),
         ("[evaluate]\ntolerence = 1e-9", "8: evaluate.tolerence: unknown key; did you mean 'tolerance'?"),
-        (
-            '[evaluate]\nmetrics = ["rocker_acceleration_cv"]',
-            "8: evaluate.metrics: the mean of rocker_acceleration over a stroke is exactly 0, so its cv is undefined",
-        ),
         ("[constraints]\nswing_angle = 3", "8: constraints.swing_angle: at least one bound is needed"),
         ("[constraints.swing_angle]\nmni = 3", "8: constraints.swing_angle.mni: unknown key; did you mean 'min'?"),
-        ("[constraints]\nlinkage_class = { min = 1 }", "8: constraints.linkage_class: linkage_class is a label"),
         ("[constraints]\nswng_angle = { min = 1 }", "8: constraints.swng_angle: unknown metric 'swng_angle'"),
-        ("[constraints]\ncv = { min = 2, max = 1 }", "8: constraints.cv: min = 2 is above max = 1"),
         ("[constraints]\ncv = { max = nan }", "8: constraints.cv.max: nan is not a finite number"),
         ('[rank]\nmetrics = ["foo"]', "8: rank.metrics: unknown metric 'foo'"),
-        ('[rank]\nmetrics = ["mid_angle"]', "8: rank.metrics: mid_angle has no default sense"),
-        ('[rank]\nmetrics = ["linkage_class:min"]', "8: rank.metrics: linkage_class is a label"),
-        ('[rank]\nmetrics = ["crank"]', "8: rank.metrics: crank has no default sense"),
         ('[rank]\nmetrics = ["speed:max"]', "8: rank.metrics: speed is not among the parameters, so it is the same"),
-        ('[rank]\nmetrics = ["crank:min", "crank:max"]', "8: rank.metrics: crank is listed twice"),
         ('[rank]\nmetrics = ["cv", "cv:max"]', "8: rank.metrics: cv is listed twice"),
         ("[rank]\nmetrics = []", "8: rank.metrics: the list is empty; leave it out"),
         (
@@ -101,10 +83,6 @@ def test_bad_section(problems, section, problem):
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        (
-            GOOD.replace("crank-rocker", "crank-roker"),
-            "study.toml:1: mechanism: unknown mechanism 'crank-roker'; did you mean 'crank-rocker'?",
-        ),
         (
             GOOD.partition("\n")[2],
             'study.toml:1: mechanism: is missing; begin the file with mechanism = "crank-rocker"',

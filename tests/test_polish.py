@@ -31,11 +31,6 @@ def test_the_published_bounds_hold_a_cv_of_0_353912252(results):
     assert design["transmission_angle_max_margin"] == pytest.approx(0.0, abs=1e-5)
 
 
-def test_a_design_is_named_once(results):
-    with pytest.raises(explore.RequestError, match="design 7 is named twice"):
-        explore.polish(results, [7, 3, 7])
-
-
 def test_the_rows_are_what_evaluate_says(results):
     polished = explore.polish(results, objective="mean_output_ratio:max")
     limits = {"transmission_angle_min": {"min": 30}, "transmission_angle_max": {"max": 150}}

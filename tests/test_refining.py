@@ -76,12 +76,6 @@ def test_most_designs_are_almost_on_the_constraint():
     assert np.mean(columns["feasible"]) > 0.5
 
 
-def test_hypervolume_never_falls():
-    history = run(sphere_generations())
-    volumes = [hypervolume(joined(history[: k + 1])) for k in range(len(history))]
-    assert (np.diff(volumes) > 0.0).all()
-
-
 def test_the_start_comes_first_as_it_is():
     start = start_of(sphere, CUBE, OBJECTIVES)
     columns = joined(run(sphere_generations(start, n_designs=1000, size=17)))  # the start fills two generations

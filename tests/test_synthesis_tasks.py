@@ -207,8 +207,6 @@ REFUSED = {
         ("table = [[1, 2], [2, 3]]", "table: has 2 pairs"),
     ],
     "motion": [
-        ("", "the key 'poses' is missing"),
-        ("poses = 3", "must be a list"),
         ("poses = [[0, 0, 0], [1, 1, 1]]", "2 poses; give 3 or more"),
         ("poses = [[0, 0, 0], [1, 1], [2, 2, 'x']]", r"pose 2 must be \[x, y, angle\]"),
         ("poses = [[0, 0, 0], [1, 1, 1], [1, 1, 1]]", "poses 2 and 3 are alike"),
