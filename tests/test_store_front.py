@@ -7,7 +7,7 @@ import h5py
 import numpy as np
 import pandas as pd
 import pytest
-from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_DESIGNS, sha256, values, writer
+from store_files import ATTRIBUTES, BLOCK, COLUMNS, N_DESIGNS, sha256, values
 
 from explore.base.errors import ResultsError
 from explore.results.ranking.rankings import RankRequest, rank_source
@@ -123,13 +123,6 @@ def test_invalid_content_is_an_error(tmp_path):
     with pytest.raises(ResultsError, match=r"the folder .*missing cannot be written|missing.*cannot be created"):
         keep(tmp_path / "missing" / "kept.h5", SOME)
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("numbers", [SOME, range(N_DESIGNS)], ids=["some", "all"])
-def test_a_sweep_of_all_designs_does_not_go_on_in_it(tmp_path, numbers):
-    path = keep(tmp_path / "kept.h5", list(numbers))
-    with pytest.raises(ResultsError, match=r'another study; what changed:\n  keep: "front" -> "all"'), writer(path):
-        pytest.fail("a kept file was opened for writing")
 
 
 @pytest.mark.parametrize(

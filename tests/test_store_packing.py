@@ -83,15 +83,6 @@ def test_results_read_both_alike(packed, finished):
     assert ours.verify() == []
 
 
-def test_other_programs_read_it(packed, finished):
-    pytest.importorskip("tables")
-    xarray = pytest.importorskip("xarray")
-    pytest.importorskip("h5netcdf")
-    pd.testing.assert_frame_equal(pd.read_hdf(packed), pd.read_hdf(finished), check_exact=True)
-    with xarray.open_dataset(packed, group="designs", engine="h5netcdf", phony_dims="sort") as data:
-        np.testing.assert_array_equal(data["nodes"][:BLOCK], values(0)["nodes"])
-
-
 def test_hdf5_compresses_what_we_decompress(packed, tmp_path):
     """For compressible and incompressible bytes."""
     path = tmp_path / "own.h5"

@@ -12,7 +12,7 @@ import pytest
 from distributed import Client, LocalCluster
 from stopping import Stop, poisoned, poisoned_at_1, stop
 from store_files import sha256
-from studies import box, grid
+from studies import grid
 
 import explore
 from explore.results.store.layout_reader import read_layout
@@ -106,16 +106,6 @@ def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_p
     assert results.n_committed == 151_200 - BLOCK_SIZE
     assert run(study, tmp_path / "a.h5").failures == {}
     assert explore.open_results(tmp_path / "a.h5").is_complete
-
-
-def test_sobol_sweeps_are_reproducible(tmp_path):
-    (tmp_path / "s.toml").write_text(box("count = 70000\nseed = 3\n"))
-    study = explore.load_study(tmp_path / "s.toml")
-    explore.sweep(study, tmp_path / "a.h5")
-    explore.sweep(study, tmp_path / "b.h5")
-
-    assert sha256(tmp_path / "a.h5") == sha256(tmp_path / "b.h5")
-    assert len(explore.read_results(tmp_path / "a.h5")) == 70_000
 
 
 def test_sweep_returns_the_results_and_warns_of_blocks_left_out(study, tmp_path, monkeypatch):
