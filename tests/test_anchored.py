@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from bounds import SIGNALS as REFERENCE_SIGNALS
 from bounds import References
-from linkage_cases import CASES, columns, linkage_of, scattered, turns
+from linkage_cases import CASES, columns, evaluate_graph, find_limits, linkage_of, scattered, trace, turns
 
 import explore
 from explore import Linkage
@@ -28,7 +28,14 @@ from explore.evaluation.quadrature.panels import (
 from explore.evaluation.quadrature.tiles import SHAPE_SIZE, TILE_TURNED, turn_nodes
 from explore.evaluation.quadrature.windows import ARC, LONGER
 from explore.mechanisms.linkages import anchoring, cells
-from explore.mechanisms.linkages.programs import DISTANCE_ROW, OTHERS_ROW, SINGULAR_ANGLE_ROW
+from explore.mechanisms.linkages.programs import (
+    DISTANCE_ROW,
+    GREATEST_ROW,
+    LEAST_ROW,
+    OTHERS_ROW,
+    SINGULAR_ANGLE_ROW,
+)
+from explore.mechanisms.linkages.signals import find_quantities
 
 #: A crank-rocker as a table, with the names of the built-in one.
 FOUR_BAR = Linkage({
@@ -109,6 +116,41 @@ def test_bounds_hold_near_limits(name, share):
         for statistic, metric in zip(("mean", "variance", "max", "min"), metrics, strict=True):
             error = norms.worst(statistic, coarse[metric], mean, variance, (low, high))[moves]
             assert (error <= (coarse["error"] + fine["error"])[moves]).all()
+
+
+def test_a_cv_of_a_small_mean_over_a_stroke_has_the_bound_of_the_ends():
+    """Of a point of the crank that is as high above the pivot as below it over a stroke whose ends mpmath tells."""
+    content = linkage_of(CASES["stephenson-3"]).content
+    crank = content["links"]["crank"] | {"Q": {"radius": 20, "angle": "phase"}}
+    coupler = content["links"]["coupler"] | {"D": ["along", "across"]}
+    linkage = Linkage(content | {"links": content["links"] | {"crank": crank, "coupler": coupler}})
+    kernel = linkage.mechanism.for_signals(["Q_y"], needs_stroke=True)
+    designs = scattered(CASES["stephenson-3"], 400, np.random.default_rng(5), 0.25) | {"phase": np.zeros(400)}
+    radius, angle = designs.pop("rd"), np.deg2rad(designs.pop("ad"))
+    designs |= {"along": radius * np.cos(angle), "across": radius * np.sin(angle)}
+    between, last = find_limits(kernel, designs, 24, np.random.default_rng(6))
+    designs = between(last * (1.0 - np.geomspace(1e-9, 1e-4, 24)))
+    ends = 2.0 * np.arctan(kernel.constants(columns(kernel, designs))[[LEAST_ROW, GREATEST_ROW]])
+    designs = {name: column[np.isfinite(ends[0])] for name, column in designs.items()}
+    ends = ends[:, np.isfinite(ends[0])]
+    ends[1] += 2.0 * math.pi * (ends[1] < ends[0])
+    designs["phase"] = np.rad2deg(1e-4 - ends.mean(axis=0))
+    found = explore.evaluate(linkage, designs, metrics=["Q_y_cv"], window="forward", tolerance=1e-8, table=False)
+    (rate,) = (q.number for q in find_quantities(trace(linkage)) if q.signal.name == f"{content['output']}_velocity")
+    errors = []
+    for k, value in enumerate(found["Q_y_cv"]):
+        values = {name: float(column[k]) for name, column in designs.items()}
+        with mpmath.workdps(40):
+            a, b = (
+                mpmath.findroot(lambda t, v=values: evaluate_graph([rate], v, t)[0], (end, end + 1e-12))
+                + mpmath.radians(values["phase"])
+                for end in ends[:, k]
+            )
+            mean = (mpmath.cos(a) - mpmath.cos(b)) / (b - a)
+            square = mpmath.mpf(0.5) - (mpmath.sin(2 * b) - mpmath.sin(2 * a)) / (4 * (b - a))
+            errors.append(float(abs(value * mean / mpmath.sqrt(square - mean**2) - 1)))
+    assert len(errors) >= 15
+    assert (errors <= found["error"]).all()
 
 
 def test_a_signal_that_is_0_over_a_stroke_has_the_bound_of_the_ends():

@@ -13,7 +13,7 @@ import numpy as np
 
 from explore.evaluation.positions import WindowPositions, sample_signals
 from explore.evaluation.quadrature.slots import MAXIMUM, MEAN, MINIMUM, VARIANCE
-from explore.evaluation.statistics import Indices
+from explore.evaluation.statistics import Indices, moment_statistic
 from explore.model.quantities import FloatArray, SampledMetric, Signal
 from explore.model.request import Request
 
@@ -41,11 +41,13 @@ def bound_ends(
     ends = np.array([window.start.tangents, window.stop.tangents])
     places = np.concatenate([ends, (ends + step) / (1.0 - ends * step)])
     samples = sample_signals(mechanism, constants, [metric.signal for metric in metrics], places, 0)
-    values, slopes = np.abs(samples[:2]).max(axis=0), np.abs(samples[2:] - samples[:2]).max(axis=0) / _STEP
-    result = np.empty(values.shape)
+    slopes = np.abs(samples[2:] - samples[:2]).max(axis=0) / _STEP
+    result = np.empty(slopes.shape)
     for k, (metric, own) in enumerate(zip(metrics, slots, strict=True)):
         with np.errstate(divide="ignore", invalid="ignore"):  # of signals that are 0
-            excess = _excess(metric.signal, own, statistics, values[k], slopes[k])
+            excess = _excess(metric.signal, own, statistics, np.abs(samples[:2, k]).max(axis=0), slopes[k])
+            if not metric.signal.is_magnitude:
+                excess = np.fmax(excess, _excess_of_spread(request, metric, own, statistics, samples[:2, k]))
         result[k] = np.where(np.isfinite(excess), constants[mechanism.closed_error_row] * excess, 0.0)
     return result
 
@@ -60,3 +62,21 @@ def _excess(signal: Signal, slots: Indices, statistics: FloatArray, value: Float
     if extremes:
         excess = np.fmax(excess, _ANGLE * slope / np.fmax.reduce([*extremes, np.sqrt(square)]))
     return excess
+
+
+def _excess_of_spread(
+    request: Request, metric: SampledMetric, slots: Indices, statistics: FloatArray, values: FloatArray
+) -> FloatArray:
+    """The same of a std over the rms, and of a cv that is defined, if they are requested; `values` are of both ends.
+
+    A std changes by half of what its variance does over it. A cv changes like its std and its mean, which may be small.
+    """
+    mean, variance = statistics[slots[MEAN]], statistics[slots[VARIANCE]]
+    deviation = np.abs(values - mean).max(axis=0)
+    of_std = 0.5 * np.fmax(deviation**2 / variance, 1.0)
+    asked = {each.statistic for each in request.sampled if (each.signal, each.window) == (metric.signal, metric.window)}
+    excess = np.where("std" in asked, of_std * np.sqrt(variance / (mean**2 + variance)), 0.0)
+    if "cv" in asked:
+        is_defined = np.isfinite(moment_statistic("cv", mean, variance, request.tolerance)) & (variance > 0.0)
+        excess = np.fmax(excess, np.where(is_defined, of_std + deviation / np.abs(mean), 0.0))
+    return np.where(excess > 1.0, excess, 0.0)
