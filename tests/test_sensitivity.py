@@ -245,6 +245,16 @@ def test_undefined_values_are_left_out_and_counted():
     assert found.n_designs == 3997
 
 
+@pytest.mark.parametrize("exponent", [600, -600])
+def test_the_size_of_a_metric_does_not_matter(exponent):
+    """Squares of 1e200 were infinite, those of 1e-200 were 0, and there was no index."""
+    draws = np.random.default_rng(3).random((1000, 2))
+    values = draws[:, 0] + draws[:, 1] ** 2
+    assert first_order(draws[:, 0], np.ldexp(values, exponent), "random", 0) == first_order(
+        draws[:, 0], values, "random", 0
+    )
+
+
 def test_each_listed_value_has_its_bin():
     generator = np.random.default_rng(0)
     x, z = generator.integers(0, 5, 50_000).astype(float), generator.random(50_000)

@@ -20,6 +20,8 @@ from explore.mechanisms.registry import MECHANISMS
 
 #: The optimum of the published study, mm.
 PUBLISHED = {"crank": 50, "coupler": 940.62, "rocker": 211.79, "ground": 869.44}
+#: The classics that `explore init` writes.
+LINKAGES = Path(explore.__file__).parent / "data" / "linkages"
 SLIDER = {"crank": 40.0, "rod": 150.0, "offset": 20.0}
 
 
@@ -214,6 +216,31 @@ def test_single_values_at_a_bound_are_intervals():
     assert find_intervals(function, [top], 1.0, 2.0)[0] == [Interval(End(0.0, 1.0), End(0.0, 1.0))]
     alone = End(0.5, 0.75, END_OF_RANGE)
     assert find_intervals(function, [Run(np.array([0.5]), np.array([0.75]))], 0.0, 1.0)[0] == [Interval(alone, alone)]
+
+
+@pytest.mark.parametrize(
+    ("formula", "bounds", "ends"),
+    [
+        ("max(crank, 60)", (None, 60), (10, 60)),
+        ("min(crank, 60) - 60", (0, None), (60, 130)),
+        ("max(60, min(crank, 70))", (70, 70), (70, 130)),
+        ("abs(crank - 60) + abs(crank - 70)", (10, 10), (60, 70)),
+    ],
+)
+def test_an_interval_ends_where_the_metric_leaves_the_value_of_its_bound(formula, bounds, ends):
+    """It ended at the last point of the scan with that value, such as 59.6875."""
+    formulas = {"f": {"formula": formula, "unit": "mm"}}
+    (found,) = tune(metric="f", low=bounds[0], high=bounds[1], start=10, stop=130, formulas=formulas).intervals
+    assert (found.start.parameter, found.stop.parameter) == pytest.approx(ends, rel=2e-15)
+
+
+def test_a_bound_is_met_to_the_rounding_of_the_metric():
+    """A slider-crank is as high as its crank's circle up to an offset of the crank: 60.00000000000001 mm."""
+    slider = explore.load_linkage(LINKAGES / "slider-crank.toml")
+    design = {"r": 30, "l": 100, "e": 12}
+    tuning = explore.tune(slider, design, parameter="e", metric="envelope_height", high=60, start=0, stop=60)
+    (found,) = tuning.intervals
+    assert (found.start.parameter, found.stop.parameter) == (0.0, pytest.approx(30.0, rel=4e-15))
 
 
 def test_the_curve_has_the_metrics_at_its_points():

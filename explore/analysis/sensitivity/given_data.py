@@ -60,6 +60,7 @@ def first_order(parameter: FloatArray, metric: FloatArray, filling: Filling, see
     n = len(x)
     if n < (2 if filling == "complete" else LEAST_DESIGNS) or y.min() == y.max():
         return FirstOrder(np.nan, np.nan, np.nan, n, 0, np.nan)
+    y = np.ldexp(y, -np.frexp(np.abs(y).max())[1])  # squares of 1e200 and of 1e-200 are no doubles
     groups = np.random.default_rng(seed).permutation(n) % _GROUPS
     order = np.argsort(x, kind="stable")
     x, y, groups = x[order], y[order] - y.mean(), groups[order]

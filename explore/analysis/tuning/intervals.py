@@ -1,10 +1,11 @@
 """Where a metric is within a range: the intervals of the parameter, their ends by bracketed root finding."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from explore.analysis.tuning.curves import MetricOfParameter, Run, split_run
 from explore.model.quantities import FloatArray
@@ -13,6 +14,8 @@ from explore.model.quantities import FloatArray
 _JUMP = 1e-6
 #: Distance from a bound at its crossing, relative to the metric, up to which it may be the metric's error.
 _NOISE = 1e-9
+#: Distance from a bound, relative to it, up to which the metric meets it: a few roundings.
+_ROUNDING = 4.0 * np.finfo(float).eps
 #: Cause of the end of an interval where the metric jumps across its bound.
 JUMP = "jump"
 
@@ -86,7 +89,8 @@ def _intervals_of(function: MetricOfParameter, run: Run, low: float, high: float
     values = function.values(middles)[0] if len(middles) else middles
     if np.isnan(values).any():
         raise _HoleError(float(middles[np.isnan(values)][0]))
-    inside = [False, *((low <= values) & (values <= high)).tolist(), False]
+    is_met = ((low <= values) & (values <= high)) | _meets(values, low) | _meets(values, high)
+    inside = [False, *is_met.tolist(), False]
     intervals: list[Interval] = []
     for end, before, after in zip(ends, inside[:-1], inside[1:], strict=True):
         if after and not before:
@@ -96,6 +100,11 @@ def _intervals_of(function: MetricOfParameter, run: Run, low: float, high: float
         elif not before and not after and (not end.cause or (end.cause != JUMP and low <= end.value <= high)):
             intervals.append(Interval(end, end))  # a single value, perhaps rounded to outside of its bounds
     return intervals
+
+
+def _meets(values: FloatArray, level: float) -> npt.NDArray[np.bool_]:
+    """Whether a metric has a value, to its rounding."""
+    return np.abs(values - level) <= (_ROUNDING * abs(level) if np.isfinite(level) else 0.0)
 
 
 def _find_roots(function: MetricOfParameter, run: Run, level: float) -> list[End]:
@@ -108,9 +117,10 @@ def _find_roots(function: MetricOfParameter, run: Run, level: float) -> list[End
             raise _HoleError(parameter)
         return value
 
-    excess = run.values - level
+    excess = np.where(_meets(run.values, level), 0.0, run.values - level)
     # the ends of the run are known, and why it ends there
     roots = [End(float(x), level) for x in run.parameters[1:-1][excess[1:-1] == 0.0]]
+    roots += [_end_of_rest(value_at, run, place, step, level) for place, step in _rests(excess)]
     for k in np.flatnonzero(np.sign(excess[:-1]) * np.sign(excess[1:]) < 0.0).tolist():
         # The smallest tolerances that it takes: roots are the numbers next to a change of sign.
         root = toms748(
@@ -119,6 +129,23 @@ def _find_roots(function: MetricOfParameter, run: Run, level: float) -> list[End
         )  # fmt: skip
         roots.append(_classify(float(root), value_at(root), level, run.values[k : k + 2]))
     return roots
+
+
+def _rests(excess: FloatArray) -> Iterator[tuple[int, int]]:
+    """Places of points from which a metric leaves its bound after two points at it, and the steps to where it does."""
+    for step in (1, -1):
+        along = excess[::step] == 0.0
+        for k in np.flatnonzero(along[:-2] & along[1:-1] & ~along[2:]).tolist():
+            yield (k + 1 if step > 0 else len(excess) - 2 - k), step
+
+
+def _end_of_rest(value_at: Callable[[float], float], run: Run, place: int, step: int, level: float) -> End:
+    """The last number with the value that a metric keeps up to a place, on the way to the next one."""
+    inside, outside = run.parameters[[place, place + step]].tolist()
+    while (middle := inside + 0.5 * (outside - inside)) not in (inside, outside):
+        is_at_rest = bool(_meets(np.asarray(value_at(middle)), level))
+        inside, outside = (middle, outside) if is_at_rest else (inside, middle)
+    return _classify(inside, value_at(outside), level, run.values[[place, place + step]])
 
 
 def _classify(parameter: float, value: float, level: float, around: FloatArray) -> End:
