@@ -389,6 +389,22 @@ def test_the_command_says_where_constraints_of_the_study_hold(tmp_path):
     assert output.stderr.endswith(message)
 
 
+def test_a_constraint_of_the_study_names_which_of_several_intervals_it_breaks(tmp_path):
+    """It said "within it" of each of two intervals."""
+    (tmp_path / "study.toml").write_text(
+        'mechanism = "crank-rocker"\n[parameters]\ncrank = 50\ncoupler = 940.62\nrocker = 211.79\n'
+        'ground = 869.44\n[evaluate]\nmetrics = ["swing_angle"]\n[constraints]\ntime_ratio = { max = 1.1 }\n'
+        '[rank]\nmetrics = ["swing_angle:max"]\n'
+    )
+    run("sweep", "study.toml", cwd=tmp_path)
+    output = run("tune", "--parameter", "coupler", "--from", "30", cwd=tmp_path)
+    first, second = tune(parameter="coupler", metric="swing_angle", low=30).intervals
+    lines = [line for line in output.stderr.splitlines() if "the study's constraint" in line]
+    for line, interval in zip(lines, (first, second), strict=True):
+        place = f"within coupler {interval.start.parameter:.13g} to {interval.stop.parameter:.13g} mm the study's"
+        assert line.startswith(place)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -210,8 +210,11 @@ def _say_constraints(
         is_range = first < last
         # A curve has two ends: those of a single value are its neighbours.
         ends = (first, last) if is_range else (math.nextafter(first, -math.inf), math.nextafter(last, math.inf))
-        place = f"{tuning.parameter} {number(told.start.parameter, 13)} {unit}".rstrip()
-        where = "within it" if is_range else f"at {place}"
+        ends_told = dict.fromkeys(number(end.parameter, 13) for end in (told.start, told.stop))
+        place = f"{tuning.parameter} {' to '.join(ends_told)} {unit}".rstrip()
+        where = f"{'within' if is_range else 'at'} {place}"
+        if is_range and len(tuning.intervals) == 1:
+            where = "within it"
         for metric, sides in subject.constraints.items():
             bounds = {"low": sides["min"], "high": sides["max"], "start": ends[0], "stop": ends[1]}
             try:
