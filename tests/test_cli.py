@@ -116,6 +116,12 @@ def test_rank_prints_the_speeds_of_one_linkage_as_one_line(sweep_folder):
     assert "speed changes none" in output.stderr
 
 
+def test_rank_says_nothing_of_a_speed_that_is_fixed(tmp_path):
+    (tmp_path / "fixed.toml").write_text(crank_rockers([100, 150], speed=4.2735))
+    run("sweep", "fixed.toml", cwd=tmp_path)
+    assert "changes none" not in run("rank", "--metric", "cv", cwd=tmp_path).stderr
+
+
 def test_rank_as_json_and_csv(sweep_folder):
     output = run("rank", "--metric", "cv", "--metric", "swing_angle:max", "--json", "-o", "front.csv", cwd=sweep_folder)
 

@@ -89,3 +89,54 @@ def test_joints_about_pivots_and_sliders_are_drawn_as_circles_arcs_and_lines(pre
     (line,) = paths.query("LINE")
     assert sorted([line.dxf.start.x, line.dxf.end.x]) == pytest.approx([turn["S_x"].min(), turn["S_x"].max()], abs=1e-4)
     assert len(paths.query("SPLINE")) == 1, "of the free point"
+
+
+#: A guide that swings with its parameter, and a claw that slides over a pin of the frame.
+SLANTED = """\
+mechanism = "linkage"
+[linkage]
+driver = "crank"
+output = "bore"
+[linkage.frame]
+O = [0, 0]
+C = [60, 5]
+[linkage.links]
+crank = { O = 0, A = "r" }
+rod = { A = 0, S = 90 }
+claw = { A = 0, P = [80, -12] }
+[linkage.slots]
+bore = { pin = "S", link = "frame", along = ["O", { radius = 1, angle = "90 + slant" }] }
+guide = { pin = "C", link = "claw", along = ["A", [1, 0]] }
+[linkage.branch]
+S = "far"
+guide = "positive"
+[parameters]
+r = 25
+slant = 30
+"""
+
+
+@pytest.fixture(scope="module")
+def slanted(tmp_path_factory):
+    """The entities of the drawing of an engine whose bore has a direction of the design, here 120 deg."""
+    folder = tmp_path_factory.mktemp("slanted")
+    (folder / "engine.toml").write_text(SLANTED)
+    linkage = explore.load_linkage(folder / "engine.toml")
+    explore.export(linkage, folder / "engine.dxf", parameters={"r": 25.0, "slant": 30.0})
+    return ezdxf.readfile(folder / "engine.dxf").modelspace()
+
+
+def test_a_slot_whose_direction_is_that_of_a_design_has_a_guide_and_a_straight_path(slanted):
+    (line,) = slanted.query('LINE[layer=="paths"]')
+    ways = [np.array([each.dxf.end.x - each.dxf.start.x, each.dxf.end.y - each.dxf.start.y])
+            for each in (line, *slanted.query('LINE[layer=="guides"]'))]  # fmt: skip
+    assert np.hypot(*ways[0]) == pytest.approx(50.0, abs=1e-9)  # twice the crank
+    assert len(ways) == 3
+    for x, y in ways:
+        assert np.rad2deg(np.arctan2(y, x)) % 180.0 == pytest.approx(120.0, abs=1e-9)
+
+
+def test_a_pin_of_the_frame_that_a_link_slides_over_is_drawn_as_a_pivot(slanted):
+    centres = {(round(each.dxf.center.x, 6), round(each.dxf.center.y, 6))
+               for each in slanted.query('CIRCLE[layer=="pivots"]')}  # fmt: skip
+    assert centres == {(0.0, 0.0), (60.0, 5.0)}

@@ -10,7 +10,7 @@ import explore
 from explore.figures.charts.mechanism import mechanism_figure
 from explore.figures.charts.motion import clutch_output, draw_panel, motion_chart, motion_figure
 from explore.figures.charts.style import new_figure, save_figure, write_heading
-from explore.figures.charts.turn import TURN
+from explore.figures.charts.turn import TURN, Span
 from explore.figures.simulation import SimulatedDesign
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
 from explore.mechanisms.rig.declaration import TEST_RIG
@@ -205,3 +205,8 @@ def test_a_panel_draws_all_of_many_signals_and_says_where_none_has_a_value():
     chart = new_figure().subplots()
     draw_panel(chart, replace(simulated, motion=simulated.motion * np.nan), Panel("none", names), "red")
     assert [text.get_text() for text in chart.texts] == ["no value at any input angle"]
+
+
+def test_an_angle_that_rounding_leaves_below_a_whole_turn_is_shown_as_0():
+    assert [TURN.shown(angle) for angle in (-1e-14, 360.0, 359.99, -0.01)] == [0.0, 0.0, 359.99, 359.99]
+    assert Span(-10.0, 25.0).shown(-1e-14) == -1e-14

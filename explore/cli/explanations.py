@@ -39,7 +39,8 @@ def explain_ranking(results: Results, ranking: Ranking, prefix: str = "") -> Non
     powers = results.speed_powers
     swept = {c.name for c in results.columns if c.role == "parameter"}
     metrics = {o.metric for o in (*ranking.objectives, ranking.order_by)}
-    if speed in swept and all(powers.get(metric) == 0 for metric in metrics):
+    is_fixed = isinstance(results.sections.get("parameters", {}).get(speed), int | float | str)
+    if speed in swept and not is_fixed and all(powers.get(metric) == 0 for metric in metrics):
         say(f"  {speed} changes none of these objectives; designs that differ only in it are shown as one line")
 
 

@@ -14,7 +14,7 @@ from explore.base.units.shown import ShownUnits
 from explore.figures.charts.bounds import SignalBound, drive_of, interval_of, signal_bounds, uses_drive_stroke
 from explore.figures.charts.turn import TURN, Span
 from explore.mechanisms.linkages.table import LinkageTable
-from explore.model.drawing import PLACE, Drawing, Panel, Pose
+from explore.model.drawing import PLACE, Drawing, Guide, Panel, Pose
 from explore.model.mechanism import Mechanism
 from explore.model.output_slider import TRAVEL, TRAVEL_PANEL, TRAVEL_SIGNAL, OutputSlider
 from explore.model.points import coordinates
@@ -112,6 +112,9 @@ class SimulatedDesign:
         drawing, place = self.mechanism.drawing, [self.parameters.get(name, 0.0) for name in PLACE]
         if drawing and self.slider:
             drawing = self.slider.drawn(drawing)
+        if drawing and any(guide.follows_path for guide in drawing.guides):
+            pose = self.pose()
+            drawing = replace(drawing, guides=tuple(_with_angle(guide, drawing, pose) for guide in drawing.guides))
         return drawing.placed(*place) if drawing and any(place) else drawing
 
     def pose(self, input_angles: Sequence[float] | None = None) -> Pose:
@@ -130,6 +133,16 @@ class SimulatedDesign:
         pose = Pose.of(self.mechanism.signals, self.parameters, signals, input_angle)
         drawing = self.mechanism.drawing
         return self.slider.completed(pose, drawing) if self.slider and drawing else pose
+
+
+def _with_angle(guide: Guide, drawing: Drawing, pose: Pose) -> Guide:
+    """A guide with the direction of the path of its point, if it follows that."""
+    if not guide.follows_path:
+        return guide
+    path = pose.sum(drawing.points[guide.point])
+    ways = path - path[0]
+    x, y = ways[int(np.argmax(np.hypot(*ways.T)))]
+    return replace(guide, angle=float(np.rad2deg(np.arctan2(y, x))))
 
 
 def drawing_of(simulated: SimulatedDesign) -> Drawing:

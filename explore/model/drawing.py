@@ -62,10 +62,11 @@ class Link:
 
 @dataclass(frozen=True)
 class Guide:
-    """A straight guide of a sliding point, at an angle, deg."""
+    """A straight guide of a sliding point, at an angle, deg, or along the path of the point in each design."""
 
     point: str
     angle: float = 0.0
+    follows_path: bool = False
 
 
 @dataclass(frozen=True)

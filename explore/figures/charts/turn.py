@@ -14,6 +14,9 @@ from explore.model.quantities import FloatArray
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+#: Angle from which on a crank angle is that of a whole turn, far above rounding errors, deg.
+_WHOLE = 360.0 - 1e-9
+
 
 @dataclass(frozen=True)
 class Span:
@@ -33,8 +36,11 @@ class Span:
         return self.first, self.last
 
     def shown(self, angle: float) -> float:
-        """An input angle, deg, of a turn less whole turns."""
-        return angle % 360.0 if self.is_turn else angle
+        """An input angle, deg, of a turn less whole turns; what rounding leaves below a whole one is 0."""
+        if not self.is_turn:
+            return angle
+        rest = angle % 360.0
+        return rest if rest < _WHOLE else 0.0
 
     def evenly(self, count: int) -> FloatArray:
         """Evenly spaced input angles, deg, from the first to the last."""

@@ -21,7 +21,7 @@ def draw_linkage(table: LinkageTable) -> Drawing | None:
     moving = [point for point in table.points if point not in frame]
     points = {point: vectors or () for point, vectors in frame.items()}
     points |= {point: (Vector(f"{point}_x"), Vector(f"{point}_y", 90.0)) for point in moving}
-    ends = free_points(table)
+    ends, pins = free_points(table), {slot.pin for slot in table.slots}
     joints = [point for point in moving if point not in ends]
     return Drawing(
         points=points,
@@ -30,7 +30,7 @@ def draw_linkage(table: LinkageTable) -> Drawing | None:
             for body in table.links
             if len(outer := _ends_of_link(table, body)) > 1
         ),
-        pivots=tuple(point for point in frame if len(table.bodies_at(point)) > 1),
+        pivots=tuple(point for point in frame if len(table.bodies_at(point)) > 1 or point in pins),
         guides=tuple(guide for slot in table.slots if (guide := _guide(table, slot))),
         paths=(
             *(Path(point, f"path of {point}") for point in joints),
@@ -93,18 +93,19 @@ def _combine(
 
 
 def _guide(table: LinkageTable, slot: Slot) -> Guide | None:
-    """The guide of a pin in a slot of the frame whose direction is the same in all designs; None for others."""
+    """The guide of a pin in a slot of the frame, along its path where its direction is that of a design; else None."""
     if slot.body != FRAME:
         return None
+    along_path = Guide(slot.pin, follows_path=True)
     places = [table.frame.place_of[end] if isinstance(end, str) else end for end in slot.along]
     ends = [(_terms(x), _terms(y)) for x, y in places]
     if any(x is None or y is None for x, y in ends):
-        return None
+        return along_path
     (x0, y0), (x1, y1) = ends
     dx, dy = _combine("-", x1 or {}, x0 or {}), _combine("-", y1 or {}, y0 or {})
     values = [{key: factor for key, factor in (each or {}).items() if factor} for each in (dx, dy)]
     if any(set(each) - {1.0} for each in values):
-        return None
+        return along_path
     return Guide(slot.pin, math.degrees(math.atan2(values[1].get(1.0, 0.0), values[0].get(1.0, 0.0))))
 
 

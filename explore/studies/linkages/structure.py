@@ -111,11 +111,12 @@ def _slot(structure: Structure, name: str, entry: object) -> Slot:
     link = _named(structure, given, "link", key, structure.bodies)
     along = given.get("along")
     ends: tuple[str | Place, ...] = ()
+    before = len(structure.problems)
     if isinstance(along, list | tuple) and len(along) == 2:
         ends = tuple(_end(structure, each, link, (*key, "along", number)) for number, each in enumerate(along))
         places = structure.bodies[link].place_of if link in structure.bodies else {}
         found = [places.get(end) if isinstance(end, str) else end for end in ends]
-        if None not in found and found[0] == found[1]:
+        if len(structure.problems) == before and None not in found and found[0] == found[1]:
             reason = "the two ends are the same place, so they give no direction"
             structure.problems.append(((*key, "along"), reason))
     elif along is not None:
@@ -131,6 +132,8 @@ def _slot(structure: Structure, name: str, entry: object) -> Slot:
 
 def _end(structure: Structure, entry: object, link: str, key: KeyPath) -> str | Place:
     """One of the two ends of a slot."""
+    if isinstance(entry, Mapping):
+        return read_place(entry, key, structure.problems)
     if not isinstance(entry, str):
         return read_pair(entry, key, structure.problems)
     body = structure.bodies.get(link)

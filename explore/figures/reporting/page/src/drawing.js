@@ -49,15 +49,26 @@ function placed({ drawing, place }, values) {
  * @param {?Object} target the study's, null for none
  */
 export function drawingOf(motion, target) {
-  const drawing = placed(motion.declared, motion.values);
+  const plain = placed(motion.declared, motion.values);
   const poses = evenly(motion.span, STEPS).map((degrees) => poseAt(motion, degrees));
   const turn = Object.fromEntries(
-    Object.entries(drawing.points).map(([name, vectors]) => [name, poses.map((pose) => sum(vectors, pose))]),
+    Object.entries(plain.points).map(([name, vectors]) => [name, poses.map((pose) => sum(vectors, pose))]),
   );
+  const guides = plain.guides.map((guide) =>
+    guide.follows_path ? { ...guide, angle: directionOf(turn[guide.point]) } : guide,
+  );
+  const drawing = { ...plain, guides };
   const curves = drawing.profiles.map((profile) => poses.map((pose) => sum(profile.vectors, pose)));
   const drawn = { motion, drawing, turn, curves, target };
   drawn.reach = reach(drawn);
   return drawn;
+}
+
+/** Direction of a straight path, deg: from its first place to the farthest. */
+function directionOf([[x0, y0], ...rest]) {
+  const ways = rest.map(([x, y]) => [x - x0, y - y0]);
+  const [x, y] = ways.reduce((far, way) => (Math.hypot(...way) > Math.hypot(...far) ? way : far), [0, 0]);
+  return (Math.atan2(y, x) * 180) / Math.PI;
 }
 
 /** Smallest and largest x and y over the motion. */
