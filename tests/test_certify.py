@@ -20,7 +20,7 @@ from studies import box, swept
 
 import explore
 from explore.analysis.certifying.arcs import window_arc
-from explore.analysis.certifying.balls import PRECISIONS
+from explore.analysis.certifying.balls import PRECISIONS, UndecidedError
 from explore.analysis.certifying.certificate import require_table
 from explore.analysis.certifying.certification import certify_designs
 from explore.analysis.certifying.designs import Design
@@ -344,6 +344,10 @@ def test_windows_are_strokes(window, drive, forth, start):
         )
 
 
+#: Numbers of both signs.
+ABOUT_0 = arb(0, 1e-9)
+
+
 @pytest.mark.parametrize(
     ("name", "numbers", "value"),
     [
@@ -356,6 +360,25 @@ def test_functions_of_formulas_at_their_edges(name, numbers, value):
     """None where a formula has no value."""
     found = (UNARY if len(numbers) == 1 else BINARY)[name](*map(arb, numbers))
     assert found is None if value is None else found.contains(value)
+
+
+@pytest.mark.parametrize(
+    ("name", "numbers"),
+    [
+        ("atan2", (ABOUT_0, -2)), ("atan2", (ABOUT_0, 0)), ("atan2", (ABOUT_0, ABOUT_0)), ("sqrt", (ABOUT_0,)),
+        ("log", (ABOUT_0,)), ("/", (1, ABOUT_0)), ("**", (ABOUT_0, -1)), ("**", (ABOUT_0, 0.5)), ("**", (0, ABOUT_0)),
+        ("**", (-2, 1 + ABOUT_0)), ("tan", (90 + ABOUT_0,)),
+    ],
+)  # fmt: skip
+def test_numbers_that_may_be_where_a_function_ends_or_jumps_decide_nothing(name, numbers):
+    with pytest.raises(UndecidedError):
+        (UNARY if len(numbers) == 1 else BINARY)[name](*map(arb, numbers))
+
+
+def test_a_direction_about_0_is_decided_where_it_is_continuous():
+    direction = BINARY["atan2"](ABOUT_0, arb(2))
+    assert direction.contains(0)
+    assert direction.rad() < 1e-7
 
 
 @pytest.mark.parametrize(("power", "verdict"), [("time_ratio", "open"), ("time_ratio / 2", "proved")])

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from command_line import assert_refused, call, succeed
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from studies import crank_rockers
 
@@ -84,6 +84,9 @@ def test_the_swing_is_smallest_with_the_centric_coupler():
         assert row.swing_min == pytest.approx(float(known["swing_deg"]), rel=1e-13, abs=0)
 
 
+# the largest, then the smallest transmission angle bounds the shortest coupler
+@example(crank=0.3, rocker=1.0, start=0.2, length=1.0, least=0.0, most=120.0)
+@example(crank=0.3, rocker=1.0, start=0.2, length=1.0, least=40.0, most=180.0)
 @settings(max_examples=80, deadline=None)
 @given(
     st.floats(0.01, 1.2), st.floats(0.3, 1.5), st.floats(0.05, 1.5), st.floats(0.1, 2.0), st.floats(0.0, 90.0),

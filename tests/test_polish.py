@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 from studies import published_box, sweep_text, swept
 
 import explore
-from explore.analysis.refining.polishing import polish
+from explore.analysis.refining.polishing import _Local, polish
 
 STUDY = published_box(4096)
 results = swept(STUDY)
@@ -203,6 +203,17 @@ def test_a_design_whose_crank_hardly_turns_is_not_the_end(tmp_path):
     others = explore.evaluate("crank-rocker", dict(zip(names, near.T, strict=True)), metrics=["transmission_angle_min"])
     best = others.loc[others["feasible"], "transmission_angle_min"].max()
     assert polished["transmission_angle_min"] >= best * (1.0 - 1e-6)
+
+
+def test_the_way_to_an_infeasible_end_is_divided_three_times_beside_the_border():
+    border = 0.6180339887
+
+    def within(positions):
+        return -positions[:, 0], border - positions
+
+    local = _Local(within, np.array([0.2]), 0.0)
+    local.approach(np.array([1.0]))
+    assert 0.0 <= border - local.best[0] <= 0.8 / 63**3
 
 
 def test_the_start_is_kept_where_nothing_is_better():

@@ -16,6 +16,7 @@ from studies import FEW, GOOD
 from waiting import wait_until
 
 from explore.base.errors import ConfigError, RequestError
+from explore.base.files import unfinished_name
 from explore.service.folder import Folder, State, check_name
 from explore.service.job_files import Kind, Refinement, read_job_file
 from explore.service.jobs import Job, append_event, read_events
@@ -226,6 +227,18 @@ def test_limits_refuse_in_words(jobs, tmp_path):
 
 
 # --- sweeps -----------------------------------------------------------------------------------------------------------
+
+
+def test_what_a_kill_left_unfinished_in_the_queue_is_removed(tmp_path):
+    folder = Folder(tmp_path)
+    with folder.locked():
+        pass
+    waiting = folder.queue / "5-000001-grid.toml"
+    kept = [waiting, waiting.with_name(f"{waiting.name}.unfinished-by-hand")]
+    for file in [*kept, unfinished_name(waiting), unfinished_name(folder.queue / "5-000002-gone.toml")]:
+        file.write_text(FEW, encoding="utf-8")
+    with folder.locked():
+        assert sorted(folder.queue.iterdir()) == kept
 
 
 def test_a_cancelled_sweep_goes_on_where_it_ended(tmp_path):

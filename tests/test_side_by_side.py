@@ -79,6 +79,20 @@ def test_a_narrow_terminal_leaves_differences_out_before_designs_and_units(resul
     assert "2 columns left out: Δ 1, Δ% 1; -o FILE.csv writes all" in out
 
 
+def test_a_terminal_that_narrows_leaves_out_differences_then_relative_ones_then_designs(results):
+    """The unit goes last. What is less important and narrow may stay where something wide has no room."""
+    order = ["Δ 2", "Δ 1", "Δ% 2", "Δ% 1", "2", "1", "unit"]
+    numbers = [option for design in (0, 1, 2) for option in ("--design", design)]
+    left_out = []
+    for width in range(128, 26, -3):
+        with mock.patch.dict(os.environ, {"COLUMNS": str(width), "NO_COLOR": "1"}):
+            _, out, _ = call("show", results.path, *numbers)
+        _, _, names = next((line for line in out.splitlines() if "left out: " in line), "").partition("left out: ")
+        left_out.append(set(names.partition(";")[0].split(", ")) - {""})
+    assert [left_out[0], left_out[-1]] == [set(), set(order)]
+    assert all(set(order[:count]) in left_out for count in (2, 4, 6))
+
+
 def test_a_written_table_has_all_digits(results, tmp_path):
     show(results, "--design", 0, "--design", 1, "-o", tmp_path / "two.csv")
     with (tmp_path / "two.csv").open(newline="") as file:

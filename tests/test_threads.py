@@ -54,6 +54,25 @@ def test_an_error_ends_the_run_while_a_thread_takes_the_last_block(monkeypatch):
     assert errors == ["block 0 cannot be written"]
 
 
+def test_after_an_error_the_blocks_that_wait_are_dropped():
+    """The one that runs ends a while after the error, so the thread would take the next."""
+    started, failed = [], threading.Event()
+
+    def compute(number):
+        started.append(number)
+        if number:
+            failed.wait(60.0)
+            time.sleep(0.1)
+
+    def accept(number, _):
+        failed.set()
+        raise OSError(f"block {number} cannot be written")
+
+    with pytest.raises(OSError, match="block 0 cannot be written"):
+        BlocksOnThreads(LocalThreads(1), compute, accept, pytest.fail, ignore).run(range(2 + SPARE_BLOCKS))
+    assert started in ([0], [0, 1])
+
+
 def test_there_are_no_more_threads_than_blocks():
     joined, accepted = [], []
 

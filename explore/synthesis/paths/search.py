@@ -275,14 +275,14 @@ def _corners(task: PathTask) -> tuple[FloatArray, FloatArray]:
 def numbers_of_starts(starts: Starts) -> FloatArray:
     """The ten numbers of starts, shape (n, 10)."""
     crank, coupler, rocker, ground, along, across = starts.shapes.T
-    numbers = np.empty((len(starts.errors), N_NUMBERS))
+    numbers = np.zeros((len(starts.errors), N_NUMBERS))
     numbers[:, PIVOT_X], numbers[:, PIVOT_Y] = starts.places.real, starts.places.imag
     numbers[:, FRAME] = starts.frames
     numbers[:, LOG_COUPLER], numbers[:, LOG_ROCKER] = np.log(coupler), np.log(rocker)
     for number, side in ((LEAST, ground - crank), (LARGEST, ground + crank)):
         cosine = (coupler**2 + rocker**2 - side**2) / (2.0 * coupler * rocker)
         numbers[:, number] = np.arccos(np.clip(cosine, -1.0, 1.0))
-    numbers[:, ALONG], numbers[:, ACROSS], numbers[:, BODY] = along, across, 0.0
+    numbers[:, ALONG], numbers[:, ACROSS] = along, across
     return numbers
 
 
