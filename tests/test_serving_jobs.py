@@ -241,6 +241,21 @@ def test_what_a_kill_left_unfinished_in_the_queue_is_removed(tmp_path):
         assert sorted(folder.queue.iterdir()) == kept
 
 
+def test_indexes_of_no_job_are_removed_and_other_folders_stay(tmp_path):
+    folder, outside = Folder(tmp_path / "served"), tmp_path / "outside"
+    with folder.locked():
+        pass
+    kept = [folder.index_path("grid"), folder.index / "Of a person"]
+    for made in [*kept, folder.index_path("gone"), unfinished_name(folder.index_path("grid")), outside]:
+        made.mkdir()
+        (made / "values").write_text("1", encoding="utf-8")
+    link = folder.index / "elsewhere"
+    link.symlink_to(outside)
+    folder.remove_indexes_but(["grid", "other"])
+    assert sorted(folder.index.iterdir()) == sorted([*kept, link])
+    assert (outside / "values").exists()
+
+
 def test_a_cancelled_sweep_goes_on_where_it_ended(tmp_path):
     text = LONG.replace("num = 80", "num = 160").encode()
     with open_station(tmp_path, Limits(), Work(workers=1)) as station:

@@ -148,6 +148,17 @@ def test_angles_in_order_are_the_best_of_all_samples():
     assert costs[0] == pytest.approx(min(either), rel=1e-12)
 
 
+def test_points_at_samples_have_the_angles_of_these():
+    """The first one is where the turn begins."""
+    steps = np.array([0.0, 0.0, 2.0, 5.0, 9.0])
+    points = LINKAGE.points(steps * 2 * np.pi / 10 + 0.3)
+    task = Task(points, np.ones(5), ORDERED, np.zeros(N_NUMBERS), np.zeros(N_NUMBERS), 0.0, 0.01, 100.0)
+    numbers, senses, angles, costs = numbers_of(LINKAGE)[0][None], np.empty(1), np.empty((1, 5)), np.empty(1)
+    order_angles(task, np.ones(1), np.ones(1, dtype=bool), numbers, 10, 1, senses, angles, costs)
+    assert costs[0] < 1e-28
+    assert angles[0] == pytest.approx(steps * 2 * np.pi / 10, abs=1e-15)
+
+
 def test_exact_points_give_the_linkage_back():
     points = LINKAGE.points(np.linspace(0, 6, 18) + 0.3)
     exact = numbers_of(LINKAGE)[0]
