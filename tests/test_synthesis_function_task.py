@@ -10,7 +10,7 @@ from explore.synthesis.functions import FourBarGenerator, fit_four_bar, output_a
 from explore.synthesis.laws import formula_law
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.tasks.task_files import parse_task, task_starter
-from explore.synthesis.turning_generators import FunctionTask, find_turning_generators
+from explore.synthesis.turning_generators import FunctionTask, _Batch, _found, find_turning_generators
 
 LOGARITHM = formula_law("log(x) / log(10)", 1, 2)
 
@@ -43,6 +43,20 @@ def test_all_turn_within_the_bounds(found):
         psi = np.angle(linkage.rocker_pins(each.input_start + task(20).inputs) - 1)
         errors = wrapped(psi - each.output_start - task(20).outputs)
         assert np.sqrt(np.mean(errors**2)) == pytest.approx(each.error_rms, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("least", "largest", "ratio_max", "is_found"),
+    [(60, 120, 3.74, True), (60, 120, 3.73, False), (120, 60, 3.74, False), (60, 60, 1e15, False)],
+)
+def test_what_a_search_ends_with_outside_the_bounds_is_not_taken(least, largest, ratio_max, is_found):
+    """Coupler and rocker of 1 span 1 and sqrt(3), ground less and plus crank: of these 2 + sqrt(3) is the ratio."""
+    numbers = np.array([[0.0, np.radians(least), np.radians(largest), 0.0]])
+    bounded = FunctionTask(np.array([0.0, 0.1]), np.array([0.0, 0.1]), link_ratio_max=ratio_max)
+    found = _found(bounded, _Batch(numbers, np.ones(1), np.ones(1, dtype=bool)))
+    assert (found is not None) == is_found
+    if found:
+        assert found.generator.crank == pytest.approx(2.0 - np.sqrt(3.0), rel=1e-11)
 
 
 def missed(count, seed):
