@@ -17,14 +17,13 @@ of forces where pins have friction too, or slots of groups; here they are given,
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Mapping
-from functools import reduce
 from types import MappingProxyType
 
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
 from explore.mechanisms.linkages.group_steps import Bar, PoseGroup
+from explore.mechanisms.linkages.joint_forces import JointForces
 from explore.mechanisms.linkages.loads import Joint, Loading
 from explore.mechanisms.linkages.steps import (
     Circle,
@@ -40,47 +39,14 @@ from explore.mechanisms.linkages.steps import (
     TranslateLink,
 )
 from explore.mechanisms.linkages.table import FRAME, Slide, Slot
-from explore.mechanisms.linkages.vectors import Local, cross, dot, minus
+from explore.mechanisms.linkages.vectors import Local, cross, dot, left, minus, plus, times
 
 
-class Reactions:
-    """The forces in the joints.
-
-    Attributes
-    ----------
-    on_bodies
-        Forces of pins on bodies, N, by the names of both.
-    across
-        Forces of slots on their pins, and of what links slide on that only translate on these, by the names of slots
-        and links, N: positive along the direction turned to the left.
-    along
-        The force that drives a pin along its slot, N; 0 where a link turns.
-    moment
-        The moment that turns the driver, N mm; 0 where a pin is driven.
-    lock_ratios
-        For each slot with friction, r of the module but for the sense of the motion.
-    """
+class Reactions(JointForces):
+    """The forces in the joints, found step after step in reverse."""
 
     def __init__(self, equations: Equations, loading: Loading, sizes: Mapping[Joint, Number] = MappingProxyType({})):
-        """Find the forces; with the `sizes` of those that friction follows from, N, or for slots their own."""
-        self._equations, self._table = equations, equations.table
-        self._zero = equations.graph.constant(0.0)
-        self.on_bodies: dict[tuple[str, str], Local] = {}
-        self.across: dict[str, Number] = {}
-        self.along = self.moment = self._zero
-        self.lock_ratios: dict[str, Number] = {}
-        self._friction, self._sizes = loading.friction, sizes
-        # What acts on pins and bodies; reactions are added as they are found.
-        self._pins = {
-            point: reduce(_sum, loading.on_pins.get(point, []), (self._zero, self._zero))
-            for point in self._table.pinned.points
-        }
-        self._acting = defaultdict(list, {body: list(forces) for body, forces in loading.on_bodies.items()})
-        self._moments = {body.name: sum(loading.moments.get(body.name, []), self._zero) for body in self._table.bodies}
-        for joint, bearing in loading.bearings.items():
-            moment = bearing.arm * bearing.sense * sizes[joint]
-            self._moments[bearing.link] = self._moments[bearing.link] - moment
-            self._moments[bearing.holder] = self._moments[bearing.holder] + moment
+        super().__init__(equations, loading, sizes)
         self._last: tuple[str, ...] = ()
         for step in equations.steps:
             if isinstance(step, DriveOnLines):
@@ -118,22 +84,22 @@ class Reactions:
     def _join(self, step: JoinPoint) -> None:
         loci = step.first, step.second
         (first, along), (second, beside) = (self._force_of(step.point, locus) for locus in loci)
-        rest = _sum(self._pins[step.point], _sum(first, second))
+        rest = plus(self._pins[step.point], plus(first, second))
         rest = self._rubbed(rest, loci, (along, beside), step.point)
         a, b = self._shares(rest, along, beside, step.point)
         if isinstance(step.second, SlideLine) and step.second.is_of_body:
             self._press_slider(step.second.slide, -b)
             first = self._force_of(step.point, step.first)[0]
-            self._apply(step.point, step.first, _sum(first, _times(along, a)), a)
+            self._apply(step.point, step.first, plus(first, times(along, a)), a)
             return
-        self._apply(step.point, step.first, _sum(first, _times(along, a)), a)
-        self._apply(step.point, step.second, _sum(second, _times(beside, b)), b)
+        self._apply(step.point, step.first, plus(first, times(along, a)), a)
+        self._apply(step.point, step.second, plus(second, times(beside, b)), b)
 
     def _press_slider(self, slide: Slide, size: Number) -> None:
         """Note the force on a link that slides in one that is placed after it, at the link's pin."""
         pin = next(s.point for s in self._equations.steps if isinstance(s, TranslateLink) and s.link == slide.link)
         self.across[slide.link] = size
-        force, place = _times(self._normal_of_slide(slide), size), self._place(pin)
+        force, place = times(self._normal_of_slide(slide), size), self._place(pin)
         self._acting[slide.link].append((place, force))
         self._acting[slide.body].append((place, (-force[0], -force[1])))
 
@@ -148,11 +114,11 @@ class Reactions:
     def _drive_on_lines(self, step: DriveOnLines) -> None:
         (p, line), (q, other) = step.first, step.second
         (first, along), (second, beside) = self._force_of(p, line), self._force_of(q, other)
-        rest = _sum(_sum(self._pins[p], self._pins[q]), _sum(first, second))
-        rest = self._rubbed(_sum(rest, self._total(step.link)), (line, other), (along, beside), step.link)
+        rest = plus(plus(self._pins[p], self._pins[q]), plus(first, second))
+        rest = self._rubbed(plus(rest, self._total(step.link)), (line, other), (along, beside), step.link)
         a, b = self._shares(rest, along, beside, step.link)
-        self._apply(p, line, _sum(first, _times(along, a)), a)
-        self._apply(q, other, _sum(second, _times(beside, b)), b)
+        self._apply(p, line, plus(first, times(along, a)), a)
+        self._apply(q, other, plus(second, times(beside, b)), b)
         self._pass_on(p, step.link)
         self._pass_on(q, step.link)
         self.moment = -self._moment(step.link, p)
@@ -206,7 +172,7 @@ class Reactions:
                 if body := step.body_of(tie.pin):
                     self._pass_on(tie.pin, body)
                 continue
-            x, y = _sum(force, _times(along, share))
+            x, y = plus(force, times(along, share))
             self._put(tie.end, tie.link, (-x, -y))
             self._pass_on(tie.end, step.second)
             self._hold(tie.link, tie.start)
@@ -224,7 +190,7 @@ class Reactions:
         # what acts on the pin; its friction is known
         force, along = self._rub(tie, self._zero), self._normal(tie)
         if tie.body == step.second:
-            force, along = _times(force, -1.0), _times(along, -1.0)
+            force, along = times(force, -1.0), times(along, -1.0)
         return force, along, tie.pin
 
     def _arm(self, start: str, end: str) -> Local:
@@ -239,7 +205,7 @@ class Reactions:
             return total, self._normal_of_slide(locus.slide)
         arm = minus(self._place(point), self._place(locus.centre))
         across = self._moment(locus.link, locus.centre) / dot(arm, arm)
-        return _times(_left(arm), across), arm
+        return times(left(arm), across), arm
 
     def _shares(self, rest: Local, first: Local, second: Local, joint: str) -> tuple[Number, Number]:
         """The multiples of two directions that balance a force; the cross product of the two is known of the joint."""
@@ -255,7 +221,7 @@ class Reactions:
                 smooth, along = self._shares(rest, *directions, joint)[number], self._along(locus)
                 turned = cross(along, directions[1]) if number == 0 else cross(directions[0], along)
                 size = self._pressed(locus, smooth, turned / self._equations.determinants[joint])
-                return _sum(rest, self._rub(locus, size))
+                return plus(rest, self._rub(locus, size))
         return rest
 
     def _pressed(self, slot: Slot, smooth: Number, ratio: Number) -> Number:
@@ -269,13 +235,6 @@ class Reactions:
         left, right = smooth.call("maximum", self._zero), smooth.call("minimum", self._zero)
         return (left * (one + ratio) + right * (one - ratio)) / (root * root)
 
-    def _rub(self, slot: Slot, size: Number) -> Local:
-        """The friction of a slot on its pin; none where it is smooth."""
-        if slot.name not in self._friction:
-            return self._zero, self._zero
-        coefficient, sense = self._friction[slot.name]
-        return _times(self._along(slot), -(coefficient * sense * self._sizes.get(slot.name, abs(size))))
-
     def _apply(self, point: str, locus: Locus, force: Local, share: Number) -> None:
         """Note the force of a locus on a pin, and what follows on its link."""
         if isinstance(locus, Slot):
@@ -287,81 +246,3 @@ class Reactions:
             self._hold(link, locus.centre)
         else:
             self._guide(locus.slide, share, point)
-
-    # forces that were found
-
-    def _put(self, point: str, body: str, force: Local) -> None:
-        """Note the force of a pin on a body: of a driven one that along its slot, which drives it, and that across."""
-        slot = self._table.driven_slot
-        if slot is not None and (point, body) == (slot.pin, slot.body):
-            self.along, self.across[slot.name] = -dot(force, self._along(slot)), -dot(force, self._normal(slot))
-        else:
-            before = self.on_bodies.get((point, body))
-            self.on_bodies[point, body] = _sum(before, force) if before else force
-        self._pins[point] = minus(self._pins[point], force)
-        self._acting[body].append((self._place(point), force))
-
-    def _pass_on(self, point: str, body: str) -> None:
-        """Note that a pin passes on to a body what acts on it."""
-        self._put(point, body, self._pins[point])
-
-    def _hold(self, link: str, point: str) -> None:
-        """Note the force of the last pin of a link, which balances it."""
-        x, y = self._total(link)
-        self._put(point, link, (-x, -y))
-
-    def _press(self, slot: Slot, size: Number) -> None:
-        """Note the force of a slot on its pin, and the reaction."""
-        self.across[slot.name] = size
-        force = _sum(_times(self._normal(slot), size), self._rub(slot, size))
-        self._pins[slot.pin] = _sum(self._pins[slot.pin], force)
-        self._acting[slot.body].append((self._place(slot.pin), (-force[0], -force[1])))
-
-    def _guide(self, slide: Slide, size: Number, point: str) -> None:
-        """Note the force on a link that only translates at a point, with the moment that balances it; and reactions."""
-        self.across[slide.link] = size
-        force, moment = _times(self._normal_of_slide(slide), size), -self._moment(slide.link, point)
-        place = self._place(point)
-        self._acting[slide.link].append((place, force))
-        self._acting[slide.body].append((place, (-force[0], -force[1])))
-        self._moments[slide.link] = self._moments[slide.link] + moment
-        self._moments[slide.body] = self._moments[slide.body] - moment
-
-    # sums and directions
-
-    def _total(self, body: str) -> Local:
-        return reduce(_sum, (force for _, force in self._acting[body]), (self._zero, self._zero))
-
-    def _moment(self, body: str, point: str) -> Number:
-        """The moment of what acts on a body about a point, N mm."""
-        about = self._place(point)
-        arms = (cross(minus(place, about), force) for place, force in self._acting[body] if place != about)
-        return sum(arms, self._moments[body])
-
-    def _place(self, point: str) -> Local:
-        x, y = self._equations.points[point]
-        return x.terms[0], y.terms[0]
-
-    def _along(self, slot: Slot) -> Local:
-        x, y = self._equations.slot_direction(slot)
-        return x.terms[0], y.terms[0]
-
-    def _normal(self, slot: Slot) -> Local:
-        return _left(self._along(slot))
-
-    def _normal_of_slide(self, slide: Slide) -> Local:
-        x, y = self._equations.slide_direction(slide)
-        return _left((x.terms[0], y.terms[0]))
-
-
-def _left(vector: Local) -> Local:
-    """A vector turned by a quarter to the left."""
-    return -vector[1], vector[0]
-
-
-def _sum(first: Local, second: Local) -> Local:
-    return first[0] + second[0], first[1] + second[1]
-
-
-def _times(vector: Local, factor: Number | float) -> Local:
-    return vector[0] * factor, vector[1] * factor

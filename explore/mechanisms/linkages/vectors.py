@@ -34,6 +34,21 @@ def minus(a: tuple[_Scalar, _Scalar], b: tuple[_Scalar, _Scalar]) -> tuple[_Scal
     return a[0] - b[0], a[1] - b[1]
 
 
+def plus(a: tuple[_Scalar, _Scalar], b: tuple[_Scalar, _Scalar]) -> tuple[_Scalar, _Scalar]:
+    """The sum."""
+    return a[0] + b[0], a[1] + b[1]
+
+
+def times(a: Local, factor: Number | float) -> Local:
+    """A multiple."""
+    return a[0] * factor, a[1] * factor
+
+
+def left(a: Local) -> Local:
+    """A vector turned by a quarter to the left."""
+    return -a[1], a[0]
+
+
 def dot(a: tuple[_Scalar, _Scalar], b: tuple[_Scalar, _Scalar]) -> _Scalar:
     """The scalar product."""
     return a[0] * b[0] + a[1] * b[1]
