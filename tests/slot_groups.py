@@ -41,6 +41,15 @@ _GROUPED = {
         "slots": {"rail": {"pin": "D", "link": "crank", "along": ["O", [30, 1]]}},
         "sketch": {"crank_angle": 0, "C": [63.7, -48.3], "D": [80, 0], "S": [126, 19.6]},
     },
+    "two slots from the hinge": {  # their assemblies have the same angle of the coupler
+        "frame": {"O": [0, 0], "G": [-98.5, -97.7]},
+        "links": {"crank": CRANK, "coupler": {"A": 0, "C": [-31.9, 6]}, "vee": {"C": 0, "D": [-37, -124.1]}},
+        "slots": {
+            "up": {"pin": "O", "link": "vee", "along": ["C", [-26.3, 14.5]]},
+            "down": {"pin": "G", "link": "vee", "along": ["C", [-12.2, -27.4]]},
+        },
+        "sketch": {"crank_angle": 0, "C": [14.9, -31.2], "D": [-87.4, -110.6]},
+    },
     "a slot about a pin of the frame": {
         "frame": {"O": [0, 0], "G": [120, 60], "H": [84, -44]},
         "links": {

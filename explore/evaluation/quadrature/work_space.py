@@ -235,7 +235,7 @@ CHUNK_WORK_TYPE = types.NamedTuple((*[_F1] * 5, *[_I1] * 10, *[_F1] * 12), Chunk
 #: Work spaces of earlier calls, each with their tables; zeroing new ones takes a quarter of the time of one design.
 _SPARE: list[tuple[Tables, tuple[ChunkWork, TileWork, PanelSums]]] = []
 #: Largest number of work spaces in the list.
-_MOST_SPARE = 4
+_MOST_SPARE = 8
 #: Guard of the list.
 _LOCK = Lock()
 

@@ -16,6 +16,7 @@ from explore.mechanisms.linkages.group_ties import (
     TIE_SIZE,
     correct_angles,
     evaluate_ties,
+    exchange_links,
 )
 
 #: Order of the polynomial.
@@ -44,8 +45,22 @@ _SETTLED = 1e-11
 def find_assembly(ties, angle, alpha, beta, state):
     """Fill the state that is nearest to alpha and beta at a crank angle.
 
-    Return 1 if there is one, -1 if the group does not assemble there, and 0 if that is not decided.
+    Return 1 if there is one, -1 if the group does not assemble there, and 0 if that is not decided. Where the search by
+    alpha does not decide, that by beta mostly does: assemblies with the same alpha are double zeros of the polynomial.
     """
+    found = _find_by_first(ties, angle, alpha, beta, state)
+    if found == 0:
+        exchanged = np.empty(2 * TIE_SIZE)
+        for i in range(2):
+            exchange_links(ties[i * TIE_SIZE :], exchanged[i * TIE_SIZE :])
+        found = _find_by_first(exchanged, angle, beta, alpha, state)
+        state[1], state[2] = state[2], state[1]
+    return found
+
+
+@subroutine(allocates=True)
+def _find_by_first(ties, angle, alpha, beta, state):
+    """`find_assembly` by the zeros of the polynomial in alpha."""
     coefficients, roots, best, second = np.empty(2 * _ORDER + 1), np.empty(2 * _ORDER + 1), -3.0, -3.0
     _find_coefficients(ties, angle, coefficients)
     count = _find_zeros(coefficients, roots)

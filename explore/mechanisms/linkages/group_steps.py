@@ -1,6 +1,6 @@
 """Groups of links that no dyad solves: two links that two ties hold to each other or to known bodies, bars or slots."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import permutations
 
@@ -45,7 +45,13 @@ class PoseGroup:
     def joint(self) -> str:
         """The joint that is named where the group does not assemble."""
         tie = self.ties[0]
-        return tie.end if isinstance(tie, Bar) else tie.pin
+        return tie.end if isinstance(tie, Bar) else tie.name
+
+    def rests_on_first(self, tie: Bar | Slot) -> bool:
+        """Whether a tie alone holds the second link to the first one, on which it is pinned."""
+        start, body = (tie.start, "") if isinstance(tie, Bar) else (tie.pin, tie.body)
+        is_on_first = body == self.first or start == self.first_pin or self.carries(start)
+        return self.carries(self.second_pin) and is_on_first
 
 
 def groups_of(steps: Iterable[object]) -> list[PoseGroup]:
@@ -53,8 +59,10 @@ def groups_of(steps: Iterable[object]) -> list[PoseGroup]:
     return [step for step in steps if isinstance(step, PoseGroup)]
 
 
-def find_group(free: Sequence[Body], slots: Sequence[Slot], known: Mapping[str, str]) -> PoseGroup | None:
-    """A group of links that are not posed yet, from slots and the bodies of known points; None if there is none."""
+def find_group(
+    free: Sequence[Body], slots: Sequence[Slot], known: Collection[str], bodies: Collection[str]
+) -> PoseGroup | None:  # fmt: skip
+    """A group of links that are not posed yet, from slots and known points and bodies; None if there is none."""
     for first, second in permutations(free, 2):
         hung = [point for point in first.place_of if point in known]
         pins = [point for point in second.place_of if point in known or point in first.place_of]
@@ -63,20 +71,21 @@ def find_group(free: Sequence[Body], slots: Sequence[Slot], known: Mapping[str, 
         others = [body for body in free if body not in (first, second)]
         on_first, on_second = ({*link.place_of} - {pin} for link, pin in ((first, hung[0]), (second, pins[0])))
         bars = [bar for body in others if (bar := _bar_between(body, first, second, pins[0], known))]
-        held = [slot for slot in slots if _holds(slot, first, second, known)]
+        held = [slot for slot in slots if _holds(slot, first, second, known, bodies)]
         ties: list[Bar | Slot] = [*bars, *held]
         if len(ties) == 2:
             points = frozenset(on_first), frozenset(on_second)
-            return PoseGroup(first.name, hung[0], second.name, pins[0], (ties[0], ties[1]), *points)
+            group = PoseGroup(first.name, hung[0], second.name, pins[0], (ties[0], ties[1]), *points)
+            if not all(map(group.rests_on_first, ties)):
+                return group
     return None
 
 
-def _holds(slot: Slot, first: Body, second: Body, known: Mapping[str, str]) -> bool:
+def _holds(slot: Slot, first: Body, second: Body, known: Collection[str], bodies: Collection[str]) -> bool:
     """Whether a slot holds the second link to the first one or to a known body."""
-    others = {first.name, *known.values()}
     if slot.body == second.name:
         return slot.pin not in second.place_of and (slot.pin in known or slot.pin in first.place_of)
-    return slot.body in others and slot.pin in second.place_of and slot.pin not in known
+    return slot.body in (first.name, *bodies) and slot.pin in second.place_of and slot.pin not in known
 
 
 def _bar_between(body: Body, first: Body, second: Body, pin: str, known: Collection[str]) -> Bar | None:

@@ -12,14 +12,26 @@ from explore.base.subroutines import subroutine
 
 #: Numbers of a tie: k, K, L, M, N, P, Q; what rounding errors are relative to; f, g, a, b; l, 0 for a slot; |K| to |Q|.
 TIE_SIZE = 29
-# Places among them of what rounding errors are relative to, of f, of l, and of the sizes.
-ROUNDED, PARTS, LENGTH, SIZES = 13, 14, 22, 23
+#: Place of what rounding errors are relative to.
+ROUNDED = 13
+#: Place of f, before the other parts of V.
+PARTS = 14
+#: Place of l.
+LENGTH = 22
+#: Place of |K|, before the other sizes.
+SIZES = 23
 #: Numbers of a state: theta, alpha, beta, rad; the rates of alpha and beta by theta; and how far the state is unique.
 STATE_SIZE = 6
 #: Numbers of a tie at a state: its six complex terms, its value, and its slopes by alpha, beta and theta.
 TERM_SIZE = 16
-# Places of the value and of the slopes among them.
-VALUE, BY_ALPHA, BY_BETA, BY_THETA = 12, 13, 14, 15
+#: Place of the value.
+VALUE = 12
+#: Place of the slope by alpha.
+BY_ALPHA = 13
+#: Place of the slope by beta.
+BY_BETA = 14
+#: Place of the slope by theta.
+BY_THETA = 15
 #: Numbers of a pair of ties: both ties, inverse of the slopes by alpha and beta, second derivatives of these.
 PAIR_SIZE = 2 * TERM_SIZE + 6
 #: Place of the inverse among them.
@@ -33,6 +45,20 @@ def _fill_term(tie, k, c, s, terms):
     """Fill a term, with the direction c + i s that it turns by."""
     x, y = tie[2 * k + 1], tie[2 * k + 2]
     terms[2 * k], terms[2 * k + 1] = x * c - y * s, x * s + y * c
+
+
+@subroutine()
+def exchange_links(tie, exchanged):
+    """Fill the numbers of a tie with those of the same tie when the two links change their places."""
+    for k in range(TIE_SIZE):
+        exchanged[k] = tie[k]
+    for k in range(2):
+        exchanged[3 + k], exchanged[5 + k] = tie[5 + k], tie[3 + k]
+        exchanged[7 + k], exchanged[9 + k] = tie[9 + k], tie[7 + k]
+        exchanged[PARTS + 4 + k], exchanged[PARTS + 6 + k] = tie[PARTS + 6 + k], tie[PARTS + 4 + k]
+    exchanged[12] = -tie[12]
+    exchanged[SIZES + 1], exchanged[SIZES + 2] = tie[SIZES + 2], tie[SIZES + 1]
+    exchanged[SIZES + 3], exchanged[SIZES + 4] = tie[SIZES + 4], tie[SIZES + 3]
 
 
 @subroutine()

@@ -239,9 +239,10 @@ class _Search:
     def _pose_group(self) -> bool:
         """Pose two links of a group that hangs on the frame and on a driver that turns."""
         free = [link for link in self._table.links if link.name not in self._posed and link.name not in self._slides]
-        known = {point: body for point, body in self._points.items() if body in (FRAME, self._table.driver)}
+        bodies = FRAME, self._table.driver
+        known = {point for point, body in self._points.items() if body in bodies}
         turns = any(isinstance(step, Drive) for step in self._steps)
-        group = find_group(free, self._slots, known) if turns else None
+        group = find_group(free, self._slots, known, bodies) if turns else None
         if group:
             self._steps.append(group)
             self._posed |= {group.first, group.second}
