@@ -14,6 +14,7 @@ from mpmath import mpf
 from studies import sweep_text
 
 import explore
+from explore.studies.request.names import find_mechanism
 
 FIXED = json.loads((Path(__file__).parent / "reference" / "slider_crank.json").read_text())["cases"]
 #: Ordinary designs, then some with margins of 2^-40, tiny cranks, offsets nearly as long as the rod.
@@ -227,3 +228,10 @@ def test_statuses_on_their_limits_follow_from_exact_sums():
         expected.append(2 if e > r + length else status)
     assert table["status"].tolist() == expected
     assert set(expected) >= {2, 3, 4}
+
+
+def test_the_least_transmission_angle_comes_near_its_declared_limit():
+    (metric,) = (each for each in find_mechanism("slider-crank").metrics if each.name == "transmission_angle_min")
+    found = explore.evaluate("slider-crank", {"crank": [1e-3, 50.0], "rod": 100.0}, metrics=[metric.name], table=False)
+    assert found[metric.name] == pytest.approx([metric.upper, 60.0], rel=1e-4)
+    assert (found[metric.name] < metric.upper).all()
