@@ -198,10 +198,13 @@ def test_mistakes_of_studies(folder):
     study, naming = folder / "study.toml", folder / "naming.toml"
     study.write_text(STUDY.replace("l = 100", "l = 100\nll = 3\nr2 = 4").replace('"l"', '"l + q"'))
     assert problems_of(study) == [
+        "study.toml:21: parameters: missing q; this linkage needs r, l, q, e",
         (
             "study.toml:21: parameters: the sketch needs a value of q; write it here, or as its default in "
             "[linkage.parameters]"
         ),
+        "study.toml:24: parameters.ll: nothing in [linkage] uses it; did you mean 'l'?",
+        "study.toml:25: parameters.r2: nothing in [linkage] uses it; did you mean 'r'?",
     ]
     study.write_text(STUDY.replace("l = 100", "l = 100\nll = 3\nr2 = 4").replace("start = 0", "start = 30"))
     assert problems_of(study) == [
@@ -216,7 +219,10 @@ def test_mistakes_of_studies(folder):
     assert missing.endswith("parameters: missing l; this linkage needs r, l, e"), missing
     assert unknown.endswith("unknown metric 'zzz'; `explore mechanisms STUDY.toml` lists them"), unknown
     study.write_text(STUDY.replace('output = "guide"', 'output = "gide"').replace("speed", "sped"))
-    assert problems_of(study) == ["study.toml:5: linkage.output: unknown link or slot 'gide'; did you mean 'guide'?"]
+    assert problems_of(study) == [
+        "study.toml:5: linkage.output: unknown link or slot 'gide'; did you mean 'guide'?",
+        "study.toml:25: parameters.sped: nothing in [linkage] uses it; did you mean 'speed'?",
+    ]
     study.write_text(STUDY.replace('mechanism = "linkage"\n', ""))
     assert problems_of(study) == ['study.toml:1: mechanism: is missing; begin the file with mechanism = "linkage"']
     study.write_text(STUDY.replace('mechanism = "linkage"', 'mechanism = "gears"'))

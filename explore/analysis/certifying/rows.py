@@ -53,14 +53,15 @@ def certify_row(design: Design, row: Mapping[str, float]) -> Proof:
     """Check all numbers of a row, its status and its feasibility."""
     proof = Proof()
     status = int(row["status"])
-    proof.expect(status == Status.OK or not row["feasible"], "it is not feasible: its status is not ok")
     if not design.is_usable:
         proof.expect(status == Status.NOT_FINITE, "a parameter is not a usable number, but the status does not say so")
         _check_nothing_is_told(design, row, proof)
+        _expect_ok_if_feasible(row, proof)
         return proof
     own = design.request.mechanism.statuses.get(status)
     if status in _NOT_COMPUTED or (own and own.is_undecided):
         proof.open.append(f"nothing was computed: {own.label if own else Status(status).label}")
+        _expect_ok_if_feasible(row, proof)
         return proof
     with _open_if_unproved(proof):
         _check_status(design, row, proof)
@@ -69,6 +70,10 @@ def certify_row(design: Design, row: Mapping[str, float]) -> Proof:
             _check_metric(design, metric, row, proof)
     _check_feasibility(row, _check_constraints(design, row, proof) | _signs_of_given(design, row), proof)
     return proof
+
+
+def _expect_ok_if_feasible(row: Mapping[str, float], proof: Proof) -> None:
+    proof.expect(row["status"] == Status.OK or not row["feasible"], "it is not feasible: its status is not ok")
 
 
 def _check_nothing_is_told(design: Design, row: Mapping[str, float], proof: Proof) -> None:
@@ -223,6 +228,7 @@ def _check_feasibility(row: Mapping[str, float], signs: Mapping[str, int | str],
     unknown = [reason for reason in dict.fromkeys(signs.values()) if isinstance(reason, str)]
     is_screened, is_ok = row["status"] == Status.SCREENED, row["status"] == Status.OK
     if row["feasible"]:
+        _expect_ok_if_feasible(row, proof)
         proof.expect(not failing, f"it is not feasible: {', '.join(failing)}")
     elif is_ok or is_screened:
         proof.expect(bool(failing or unknown), "it is feasible" if is_ok else "it is screened, but no constraint fails")
