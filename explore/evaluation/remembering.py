@@ -16,7 +16,7 @@ def remembered(function: Callable[..., _Result]) -> Callable[..., _Result]:
     @wraps(function)
     def recall(request: Request, *others: Hashable) -> _Result:
         kept: dict[tuple[Hashable, ...], _Result] = request.__dict__.setdefault(name, {})
-        result = kept.get(others)  # the hash of metrics is taken once: it takes longer than all else
+        result = kept.get(others)  # one look-up, because metrics take long to hash
         if result is None:
             result = kept[others] = function(request, *others)
         return result

@@ -35,7 +35,7 @@ from explore.mechanisms.linkages.steps import (
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slot, carrier
 from explore.mechanisms.linkages.trace import Factor, Trace, local_of
 from explore.mechanisms.linkages.turning_rates import turn_in_slot, turn_sides, turned
-from explore.mechanisms.linkages.vectors import Vector, cross, dot, larger, length, minus
+from explore.mechanisms.linkages.vectors import Vector, cross, dot, larger, length, minus, unit
 
 #: Least product of two factors that conditions are relative to, over the square of their sum.
 _LEAST_SQUARE = 1e-30
@@ -87,8 +87,7 @@ class Equations(Trace):
         if slot is None or travel is None:
             return
         (x, y), second = self._ends(slot)
-        inverse = length(minus(second, (x, y))).inverse()
-        nx, ny = (part * inverse for part in minus(second, (x, y)))
+        nx, ny = unit(minus(second, (x, y)))
         start, end = self._read(travel)
         self.size = self.size + abs(start.terms[0]) + abs(end.terms[0])
         position = start + (end - start) * (self._angle.versine(0) * 0.5)
@@ -135,9 +134,7 @@ class Equations(Trace):
     def _pose_by_slot(self, step: PoseBySlot) -> None:
         slot, link = step.slot, step.link
         first, second = self._ends(slot)
-        lx, ly = minus(second, first)
-        inverse = length((lx, ly)).inverse()
-        nx, ny = lx * inverse, ly * inverse
+        nx, ny = unit(minus(second, first))
         ax, ay = self._local[link][step.point]
         # distance of the line from the known point, to the left of its direction
         across = nx * (first[1] - ay) - ny * (first[0] - ax)
@@ -272,13 +269,12 @@ class Equations(Trace):
             bar_length = length(self.between(tie.link, tie.start, tie.end)).terms[0]
             return Tie(self._way_to(step, tie.end) - self._way_to(step, tie.start), None, bar_length)
         start, end = self._ends(tie)
-        inverse, zero = length(minus(end, start)).inverse(), local_of(self._zero)
-        unit = local_of((minus(end, start)[0] * inverse, minus(end, start)[1] * inverse))
+        direction, zero = local_of(unit(minus(end, start))), local_of(self._zero)
         is_known = tie.body not in (step.first, step.second)
         bodies = (FRAME, self.table.driver, step.first, step.second)
         along = Span(
             self.slot_direction(tie) if is_known else self._zero,
-            *(unit if body == tie.body else zero for body in bodies),
+            *(direction if body == tie.body else zero for body in bodies),
         )
         return Tie(self._way_to(step, tie.pin) - self._way(step, tie.body, start), along, self.graph.constant(1.0))
 

@@ -15,6 +15,8 @@ from explore.mechanisms.linkages.vectors import Local, Vector, cross, dot, minus
 
 #: Steps of Newton's method: the first miss is at most a 50th of the distance at which it converges surely.
 _NEWTON_STEPS = 3
+#: Pairs of parts of a vector, in the order of the terms of a tie.
+_PAIRS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
 class Span(NamedTuple):
@@ -122,10 +124,6 @@ def rows_of(tie: Tie) -> tuple[Number, ...]:
         rounded, bar_length = total, zero
     flat = [x for pair in (*terms, (rounded,), *parts, (bar_length,)) for x in pair]
     return constant, *flat, *map(_norm, terms)
-
-
-#: Pairs of parts of a vector, in the order of the terms of a tie.
-_PAIRS = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
 
 
 def _conjugate_product(a: Local, b: Local) -> Local:

@@ -9,7 +9,7 @@ from explore.mechanisms.linkages.expressions import read_expression
 from explore.mechanisms.linkages.graph import Graph, Number, Series
 from explore.mechanisms.linkages.steps import SlideLine
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slide, Slot
-from explore.mechanisms.linkages.vectors import Local, Vector, cross, dot, larger, length, minus
+from explore.mechanisms.linkages.vectors import Local, Vector, cross, dot, larger, minus, unit
 
 #: Beginning of the names of inputs for the middle of a link's range (rad, ":0"), its cosine (":1") and sine (":2").
 REFERENCE = "@reference:"
@@ -189,8 +189,7 @@ class Trace:
 
     def _direction(self, body: str, along: Vector) -> Vector:
         """A unit vector along a direction of a body."""
-        inverse = length(along).inverse()
-        nx, ny = along[0] * inverse, along[1] * inverse
+        nx, ny = unit(along)
         cosine, sine = self.directions[body]
         return cosine * nx - sine * ny, cosine * ny + sine * nx
 

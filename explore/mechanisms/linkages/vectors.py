@@ -20,6 +20,12 @@ def length(vector: Vector) -> Series:
     return dot(vector, vector).sqrt()
 
 
+def unit(vector: Vector) -> Vector:
+    """The vector of length 1 along another one."""
+    inverse = length(vector).inverse()
+    return vector[0] * inverse, vector[1] * inverse
+
+
 def larger(a: Number, b: Number) -> Number:
     """The larger of two conditions, which are at least 1."""
     if a.value is not None and b.value is not None:
