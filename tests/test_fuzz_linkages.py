@@ -1,13 +1,16 @@
 """Mutated tables of linkages: each is read, or refused with a line for each mistake, and nothing else happens."""
 
 import json
+import os
 import re
+import shutil
 import tomllib
 from pathlib import Path
 
 import pytest
 from changed_trees import change, text_of
-from hypothesis import HealthCheck, given, settings
+from command_line import call
+from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from linkage_cases import curved_shaper, loaded_shaper
 
@@ -76,3 +79,67 @@ def assert_read_or_refused(file, table):
         assert Linkage(linkage.content) == linkage
         assert Linkage(tomllib.loads(linkage.to_toml())).content == linkage.content
         assert find_steps(linkage.table)
+
+
+#: Commands on a finished sweep `r.h5` of `study.toml`, with what makes them quick.
+COMMANDS = (
+    "show r.h5", "show r.h5 --design 0", "show r.h5 --json", "rank r.h5", "rank r.h5 --nearest 3", "plot pareto r.h5",
+    "plot motion r.h5", "plot mechanism r.h5", "plot map r.h5", "plot parallel r.h5", "plot path r.h5", "report r.h5",
+    "simulate study.toml", "mechanisms study.toml", "export r.h5 -o a.toml -o a.csv -o a.svg -o a.dxf",
+    "tolerance r.h5 --draws 8", "sensitivity r.h5 --evaluations 64", "certify r.h5 --json",
+    "refine r.h5 --evaluations 32", "polish r.h5", "tune r.h5", "verify r.h5", "pack r.h5",
+)  # fmt: skip
+
+
+#: Values that most tables are read with, and others.
+PLAUSIBLE = st.one_of(
+    st.integers(-150, 150), st.floats(-150, 150), st.lists(st.integers(-150, 150), min_size=2, max_size=2), TREES
+)
+
+
+@st.composite
+def mutated_studies(draw):
+    """The study of a classic of few designs whose table is changed, and three commands on its results."""
+    sections = tomllib.loads(linkage_starter(draw(st.sampled_from(list(linkage_starters())))))
+    change(draw, sections["linkage"], KEYS, PLAUSIBLE, most=2)
+    sections["sampling"] |= {"count": 16}
+    return sections, draw(st.lists(st.sampled_from(COMMANDS), min_size=3, max_size=3, unique=True))
+
+
+@pytest.mark.parametrize("examples", [15, pytest.param(5000, marks=pytest.mark.slow)])
+def test_every_command_on_mutated_tables_does_its_work_or_says_why_not(tmp_path, monkeypatch, examples):
+    monkeypatch.chdir(tmp_path)
+    swept = []
+
+    # Examples of the same seed on every run; a smaller example would take minutes to find.
+    @settings(
+        derandomize=True, max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck),
+        phases=(Phase.generate,),
+    )  # fmt: skip
+    @given(mutated_studies())
+    def check(study):
+        sections, commands = study
+        shutil.rmtree(tmp_path)
+        tmp_path.mkdir()
+        os.chdir(tmp_path)
+        Path("study.toml").write_text(text_of(sections), encoding="utf-8", errors="surrogatepass")
+        for command in ("sweep study.toml -o r.h5 -q", *commands):
+            if Path("r.h5").exists() or "study.toml" in command:
+                assert_done_or_refused(command)
+        swept.append(Path("r.h5").exists())
+
+    check()
+    assert sum(swept) >= examples / 5
+
+
+def assert_done_or_refused(command):
+    """No internal error, a line that says why for each mistake where it fails, and no number that a proof refutes."""
+    code, out, err = call(*command.split())
+    assert code in (0, 1, 2), (command, err)
+    assert "should not have happened" not in err, (command, err)
+    assert "Traceback" not in err, (command, err)
+    assert '"refuted"' not in out, (command, out)
+    if code == 2 or (code == 1 and not out):  # a certificate that is open gives 1
+        problems = [line for line in err.splitlines() if line.startswith("error: ")]
+        assert problems, (command, err)
+        assert len(problems) <= 21, (command, err)

@@ -1,16 +1,21 @@
 """Small files that could take much time or memory: each is read or refused within 2 GB and 20 s on two cores."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from changed_trees import text_of
 from command_line import assert_refused, call
 from damage_worker import Worker
 from store_files import N_BLOCKS, fill, still_pending, unseal, values, writer
 from studies import FEW, GOOD, swept
+from waiting import PATIENCE
 
+import explore
 from explore.base.errors import ResultsError
 from explore.results.store.open_results import open_results
 from explore.studies.config.key_lines import MOST_NESTED, MOST_PARTS, find_excess_depth
@@ -158,6 +163,64 @@ def test_studies_of_too_many_designs(tmp_path, command, old, new, message):
     scene = '[scene]\ntitle = "a"\nabout = "a"\nmodel = "geometry"\nquestion = "a"\n'
     study.write_text(FEW.replace(old, new) + (scene if command == "precision" else ""))
     assert_refused(call(command, study), 2, message)
+
+
+#: Dyads of the largest table with loads.
+DYADS = 12
+#: CPU seconds and additional MB of the first use of a Jansen leg and of the largest table, all translated anew.
+COSTS = """
+import resource, sys, tomllib
+import explore
+from explore.studies.config.study_file import linkage_starter
+
+def use(linkage, values, metrics):
+    before = resource.getrusage(resource.RUSAGE_SELF)
+    names = metrics(linkage.mechanism.signals)
+    explore.evaluate(linkage, values, metrics=names)
+    after = resource.getrusage(resource.RUSAGE_SELF)
+    print(after.ru_utime - before.ru_utime, (after.ru_maxrss - before.ru_maxrss) / 1024)
+
+for study in (tomllib.loads(linkage_starter(name)) for name in ("four-bar", "jansen")):
+    values = {k: v["min"] if isinstance(v, dict) else v for k, v in study["parameters"].items()}
+    use(explore.Linkage(study), values, lambda _: None)
+largest = explore.Linkage(tomllib.loads(sys.argv[1]))
+use(largest, {"r": 10.0}, lambda signals: [f"{s.name}_max" for s in signals if "max" in s.statistics])
+"""
+
+
+def chain_of_dyads(count):
+    """A table with a load on each part."""
+    joints = [f"J{k}" for k in range(count)]
+    pairs = list(enumerate(zip(["A", *joints], joints, strict=False)))
+    frame = {"O": [0, 0]} | {f"G{k}": [100 + 40 * k, 20 - 40 * (k % 2)] for k in range(count)}
+    links = {"crank": {"O": 0, "A": "r"}} | {f"a{k}": {before: 0, joint: 100} for k, (before, joint) in pairs}
+    links |= {f"b{k}": {f"G{k}": 0, joint: 90} for k, joint in enumerate(joints)}
+    loads = {
+        "gravity": [0, -9.81],
+        "masses": {link: {"mass": 1.5, "centroid": [20, 3], "inertia": 0.01} for link in links},
+        "forces": {joint: [10, -3] for joint in joints},
+        "springs": {
+            f"s{k}": {"between": [f"J{k}", f"G{(k + 2) % count}"], "rate": 100, "rest": 50} for k in range(count)
+        },
+        "dampers": {f"d{k}": {"between": f"b{k}", "rate": 0.3} for k in range(count)},
+    }  # fmt: skip
+    branch = {joint: f"left of {before} G{k}" for k, (before, joint) in pairs}
+    return {"driver": "crank", "frame": frame, "links": links, "branch": branch, "loads": loads}
+
+
+def test_the_largest_table_with_loads_costs_seconds(tmp_path):
+    """All maxima of its signals: no more than 500 MB, and some times the time of a small table's default metrics."""
+    with pytest.raises(explore.ConfigError, match="linkage: has 27 links with loads; at most 26 are possible"):
+        explore.Linkage(chain_of_dyads(DYADS + 1))
+    done = subprocess.run(
+        [sys.executable, "-c", COSTS, text_of({"linkage": chain_of_dyads(DYADS)})],
+        env=os.environ | {"XDG_CACHE_HOME": str(tmp_path)}, capture_output=True, text=True, timeout=PATIENCE,
+        check=True,
+    )  # fmt: skip
+    _, (small, _), (largest, memory) = (map(float, line.split()) for line in done.stdout.splitlines())
+    assert memory < 500
+    # 8 times as many lines for LLVM, whose time with all effort would be 40 times that of the small one
+    assert largest < 15 * small
 
 
 # --- sparse results files ---------------------------------------------------------------------------------------------

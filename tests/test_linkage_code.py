@@ -51,6 +51,14 @@ def load(number):
     return ctypes.CFUNCTYPE(ctypes.c_double)(function.__wrapper_address__())()
 
 
+def forget_functions():
+    """Functions of tables are made anew, from bounded caches."""
+    for cached in (declaration.linkage_mechanism, declaration._specialise, requests._plain_request):
+        assert cached.cache_parameters()["maxsize"] <= 256
+        cached.cache_clear()
+    gc.collect()
+
+
 def test_code_is_kept_in_a_folder_of_the_user_alone(home, monkeypatch):
     assert load(3) == 3.0
     assert stat.S_IMODE(home.stat().st_mode) == 0o700
@@ -66,10 +74,7 @@ def test_memory_is_bounded():
     name, fill = linkage.mechanism.name, weakref.ref(linkage.mechanism.fill)
     assert name in MECHANISMS
     del linkage
-    for cached in (declaration.linkage_mechanism, declaration._specialise, requests._plain_request):
-        assert cached.cache_parameters()["maxsize"] <= 256
-        cached.cache_clear()
-    gc.collect()
+    forget_functions()
     assert name not in MECHANISMS
     assert fill() is None
 
@@ -113,6 +118,20 @@ def test_a_full_disk_costs_the_cache_alone(home, monkeypatch):
 
     monkeypatch.setattr(native_code.tempfile, "NamedTemporaryFile", refuse)
     assert load(3) == 3.0
+
+
+def test_long_texts_are_translated_without_effort_to_the_same_numbers(home, monkeypatch):
+    """But for the products that are rounded with a sum, of which there are more with effort."""
+    case, rows, sizes = CASES["watt-2"], [], []
+    for most in (10**6, 0):
+        monkeypatch.setattr(native_code, "_MOST_LINES", most)
+        forget_functions()
+        linkage = linkage_of(case)
+        metrics = [f"{each.name}_rms" for each in linkage.mechanism.signals if each.name.endswith("velocity")]
+        rows.append(explore.evaluate(linkage, values_of(case), metrics=metrics).iloc[0].to_dict())
+        sizes.append(sum(path.stat().st_size for path in home.glob("*.o")) - sum(sizes))
+    assert rows[0] == pytest.approx(rows[1], rel=1e-14)
+    assert sizes[1] > sizes[0]
 
 
 def test_names_never_enter_the_text():

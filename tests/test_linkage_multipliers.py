@@ -11,6 +11,7 @@ from importlib.resources import files
 
 import mpmath
 import pytest
+from joints import STEP, Joints, jacobian
 from mpmath import mpf
 from slot_groups import GROUPED
 
@@ -21,7 +22,7 @@ MANY = (
     "crank-shaper", "four-bar", "hoecken", "jansen", "klann", "pump-jack", "slider-crank", "stephenson-1",
     "toggle-press", "watt-2", "wiper",
 )  # fmt: skip
-STEP, METERS = mpf(10) ** -12, mpf("0.001")
+METERS = mpf("0.001")
 
 
 def classic(name, rng):
@@ -38,97 +39,6 @@ def classic(name, rng):
         own = table.get("parameters", {})
         table["parameters"] = {key: own.get(key, {}) | {"default": value} for key, value in values.items()}
     return table, values
-
-
-class Joints:
-    """All joints of a linkage of links with pins and slots; `q` are x, y, mm, and angle, rad, of each link."""
-
-    def __init__(self, table, values):
-        self.values = {key: mpf(value) for key, value in values.items()}
-        self.links = {link: self.places(points) for link, points in table["links"].items()}
-        self.bodies = {"frame": self.places(table["frame"]), **self.links}
-        self.driver, self.slots = 3 * list(self.links).index(table["driver"]) + 2, {}
-        for name, slot in table.get("slots", {}).items():
-            body = slot.get("link", "frame")
-            ends = [self.bodies[body][end] if isinstance(end, str) else self.place(end) for end in slot["along"]]
-            self.slots[name] = slot["pin"], body, ends
-        owners = {
-            point: [b for b in self.bodies if point in self.bodies[b]] for b in self.bodies for point in self.bodies[b]
-        }
-        self.owners = owners
-        self.pins = [(point, first, other) for point, (first, *others) in owners.items() for other in others]
-
-    def number(self, value):
-        return mpf(eval(value, {"sqrt": mpmath.sqrt}, self.values)) if isinstance(value, str) else mpf(value)
-
-    def place(self, value):
-        x, y = value if isinstance(value, list) else (value, 0)
-        return self.number(x), self.number(y)
-
-    def places(self, points):
-        return {point: self.place(value) for point, value in points.items()}
-
-    def angle(self, q, link):
-        return q[3 * list(self.links).index(link) + 2]
-
-    def at(self, q, body, place):
-        if body == "frame":
-            return place
-        k = 3 * list(self.links).index(body)
-        turn = mpmath.expj(q[k + 2]) * mpmath.mpc(*place) + mpmath.mpc(q[k], q[k + 1])
-        return turn.real, turn.imag
-
-    def point(self, q, point):
-        body = self.owners[point][0]
-        return self.at(q, body, self.bodies[body][point])
-
-    def along_and_across(self, q, name):
-        """The position of the pin along a slot from its first point, and to the left of it."""
-        pin, body, ends = self.slots[name]
-        (ax, ay), (bx, by), (x, y) = *(self.at(q, body, end) for end in ends), self.point(q, pin)
-        length = mpmath.hypot(bx - ax, by - ay)
-        nx, ny = (bx - ax) / length, (by - ay) / length
-        return nx * (x - ax) + ny * (y - ay), nx * (y - ay) - ny * (x - ax)
-
-    def equations(self, q, theta):
-        gaps = []
-        for point, first, other in self.pins:
-            a, b = self.at(q, first, self.bodies[first][point]), self.at(q, other, self.bodies[other][point])
-            gaps += [b[0] - a[0], b[1] - a[1]]
-        return [*gaps, *(self.along_and_across(q, name)[1] for name in self.slots), q[self.driver] - theta]
-
-    def start(self, row, theta):
-        """About the place of each link, from two of its points in a row of a motion."""
-        q = []
-        for points in self.links.values():
-            (one, a), (two, b) = list(points.items())[:2]
-            known = [
-                mpmath.mpc(*self.bodies["frame"][p]) if p in self.bodies["frame"]
-                else mpmath.mpc(float(row[f"{p}_x"]), float(row[f"{p}_y"])) for p in (one, two)
-            ]  # fmt: skip
-            turn = (known[1] - known[0]) / (mpmath.mpc(*b) - mpmath.mpc(*a))
-            origin = known[0] - turn / abs(turn) * mpmath.mpc(*a)
-            q += [origin.real, origin.imag, mpmath.arg(turn)]
-        q[self.driver] = theta
-        return q
-
-    def solve(self, q, theta):
-        for _ in range(12):
-            slopes = jacobian(lambda z: self.equations(z, theta), q)
-            change = mpmath.lu_solve(slopes, mpmath.matrix(self.equations(q, theta)))
-            q = [x - d for x, d in zip(q, change, strict=True)]
-            if max(map(abs, change)) < mpf(10) ** -20:  # and its square, of the next one, below 40 digits
-                return q
-        raise AssertionError("Newton's iteration does not converge")
-
-
-def jacobian(function, q):
-    """Slopes by all coordinates, from central differences."""
-    columns = []
-    for k in range(len(q)):
-        ahead, behind = ([x + side * STEP if i == k else x for i, x in enumerate(q)] for side in (1, -1))
-        columns.append([(a - b) / (2 * STEP) for a, b in zip(function(ahead), function(behind), strict=True)])
-    return mpmath.matrix(columns).T
 
 
 def random_loads(rng, joints, row):

@@ -27,6 +27,8 @@ MOST_FILES = 768
 _CHECKSUM = 32
 #: Effort of LLVM, from 0 to 3.
 _EFFORT = 2
+#: Largest number of lines that are translated with effort, whose time grows faster than they do.
+_MOST_LINES = 3000
 
 
 class NativeFunction(FunctionArgument):
@@ -68,7 +70,7 @@ class NativeFunction(FunctionArgument):
 
 def _load(code: bytes) -> Any:
     """An owner of machine code that can be called."""
-    engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _machine())
+    engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _machine(_EFFORT))
     engine.add_object_file(binding.ObjectFileRef.from_data(code))
     engine.finalize_object()
     return engine
@@ -82,14 +84,15 @@ def _processor() -> tuple[str, str]:
     return binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten() if features is None else features
 
 
-def _machine() -> Any:
+def _machine(effort: int) -> Any:
     name, features = _processor()
-    return binding.Target.from_default_triple().create_target_machine(name, features, opt=_EFFORT, jit=True)
+    return binding.Target.from_default_triple().create_target_machine(name, features, opt=effort, jit=True)
 
 
 def _code_of(text: str) -> bytes:
     """The machine code of a text: that of the cache, if it is there and whole."""
-    version = repr((binding.llvm_version_info, binding.get_process_triple(), _EFFORT, *_processor()))
+    effort = 0 if text.count("\n") > _MOST_LINES else _EFFORT
+    version = repr((binding.llvm_version_info, binding.get_process_triple(), effort, *_processor()))
     path = _folder() / f"linkage_{sha256(f'{version}{text}'.encode()).hexdigest()[:32]}.o"
     try:
         content = path.read_bytes()
@@ -98,7 +101,7 @@ def _code_of(text: str) -> bytes:
             return content[_CHECKSUM:]
     except OSError:
         pass
-    code: bytes = _machine().emit_object(binding.parse_assembly(text))
+    code: bytes = _machine(effort).emit_object(binding.parse_assembly(text))
     _write(path, sha256(code).digest() + code)
     return code
 

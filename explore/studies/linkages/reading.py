@@ -33,6 +33,8 @@ _TURN = 360.0
 _MOST_POINTS = 60
 #: Largest number of links.
 _MOST_LINKS = 40
+#: Largest number of links of a table with loads, each of which costs up to 0.2 s of compilation.
+_MOST_LOADED_LINKS = 26
 #: Largest number of slots.
 _MOST_SLOTS = 40
 #: Largest number of parameters.
@@ -84,6 +86,7 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems, folde
     for count, most, what in (
         (len(parameters), _MOST_PARAMETERS, "parameters"),
         (steps, _MOST_STEPS, "numbers, names and operators in its coordinates"),
+        (len(structure.links) if loads else 0, _MOST_LOADED_LINKS, "links with loads"),
     ):
         if count > most:
             problems.append(((SECTION,), f"has {count:,} {what}; at most {most:,} are possible"))
