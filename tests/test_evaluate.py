@@ -604,6 +604,21 @@ def test_mechanisms_are_listed_with_their_summaries():
     assert all(summaries.values())
 
 
+def test_extremes_of_what_is_finite_nowhere_are_blank():
+    """They were -inf and inf: the swing of a link that slides on the driver, and so turns with it."""
+    linkage = explore.Linkage({
+        "driver": "crank",
+        "output": "block",
+        "frame": {"O": [0, 0], "C": [0, "h"]},
+        "links": {"crank": {"O": 0}, "block": {"A": 0}, "rod": {"C": 0, "A": "l"}},
+        "slides": {"block": {"link": "crank", "direction": [1, 0]}},
+        "branch": {"A": "far"},
+    })  # fmt: skip
+    row = explore.evaluate(linkage, {"h": 20.0, "l": 50.0}, metrics=["swing_angle", "block_angle_max"]).iloc[0]
+    assert row["status"] == Status.NOT_FINITE
+    assert row[["swing_angle", "block_angle_max"]].isna().all()
+
+
 @pytest.mark.parametrize("metric", ["swing_angle", "velocity_ratio_rms", "velocity_ratio_mean"])
 def test_what_is_not_finite_has_no_bound(metric):
     designs = {"crank": [40.0, np.nan, 0.0, 1e31, 400.0], "coupler": 120.0, "rocker": 80.0, "ground": 140.0}

@@ -50,6 +50,8 @@ def test_a_driven_slot_moves_as_a_sine(offset):
 def test_a_driven_pin_that_its_link_cannot_follow_has_a_status():
     row = explore.evaluate(Linkage(BOOM), BOOM_LENGTHS | {"high": 151.0}, metrics=["boom_angle_max"])
     assert row.attrs["labels"]["status"][row["status"].iloc[0]] == "crank_blocked_at_B"
+    with pytest.raises(explore.MotionError, match="the driven pin cannot move over its travel: B is out of reach"):
+        explore.simulate(Linkage(BOOM), BOOM_LENGTHS | {"high": 151.0})
 
 
 def test_a_driven_pin_in_the_frame():

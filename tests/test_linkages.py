@@ -289,6 +289,26 @@ def test_a_link_that_turns_quickly_at_a_crank_angle_has_an_angle():
     assert own["swing_angle"][0] == pytest.approx(other["swing_angle"][0], rel=1e-12)
 
 
+@pytest.mark.parametrize("line", [([0.0, 10.0], ["-w", 10.0]), ([10.0, 0.0], [10.0, "-w"])])
+@pytest.mark.parametrize("w", [1.0, -1.0])
+def test_the_transmission_angle_of_a_slot_follows_its_direction_whatever_the_sign_of_a_parameter(line, w):
+    """A direction that is a parameter, which may be negative, against the same one in numbers."""
+    motions = []
+    for along in (line, [[-w if part == "-w" else part for part in end] for end in line]):
+        slider = Linkage({
+            "driver": "crank",
+            "frame": {"O": [0, 0]},
+            "links": {"crank": {"O": 0, "A": "r"}, "rod": {"A": 0, "B": "l"}},
+            "slots": {"ram": {"pin": "B", "link": "frame", "along": along}},
+            "branch": {"B": "far"},
+        })  # fmt: skip
+        given = {"r": 30.0, "l": 100.0, "w": w, "speed": 1.0}
+        values = {name: value for name, value in given.items() if name != "w" or along is line}
+        motions.append(explore.simulate(slider, values, angles=12)["B_transmission_angle"].to_numpy())
+    assert motions[0] == pytest.approx(motions[1], rel=1e-12)
+    assert motions[0].max() - motions[0].min() > 10.0
+
+
 def test_the_transmission_angle_is_the_worst_of_all_joints():
     case = CASES["watt-2"]
     row = explore.evaluate(linkage_of(case), values_of(case), metrics=["transmission_angle_min"]).iloc[0]

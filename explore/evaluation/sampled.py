@@ -183,7 +183,10 @@ def _sample(
     if mechanism.closed_error_row >= 0:
         _add_errors_of_ends(request, metrics, tables, statistics, parameters, closed, result)
     status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
-    status[active & ~np.isfinite(statistics).all(axis=0)] = Status.NOT_FINITE
+    not_finite = active & ~np.isfinite(statistics).all(axis=0)
+    status[not_finite] = Status.NOT_FINITE
+    if not_finite.any():  # extremes of a signal that is finite nowhere are infinite
+        statistics[:, not_finite] = np.where(np.isinf(statistics[:, not_finite]), np.nan, statistics[:, not_finite])
     for metric in metrics:
         slots = tables.slots_of(metric)
         result.values[metric.name] = statistic_of(metric, statistics, slots, request.tolerance)

@@ -99,8 +99,7 @@ def _magnitude_statistic(statistic: str, statistics: FloatArray, slots: Indices)
         case "power_mean":
             value = statistics[slots[ROOT_POWER_MEAN]] ** 0.3
         case "max":
-            # -inf where no sample was finite
-            value = np.sqrt(np.where(statistics[slots[MAXIMUM]] >= 0.0, statistics[slots[MAXIMUM]], np.nan))
+            value = np.sqrt(statistics[slots[MAXIMUM]])
         case _:
             value = np.sqrt(statistics[slots[MEAN]])
     return np.asarray(value)

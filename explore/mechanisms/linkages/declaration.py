@@ -40,7 +40,7 @@ from explore.model.quantities import Parameter, Signal
 from explore.model.window import INTERVAL, Window
 
 #: Version of the equations and of what follows from them; raised when a number changes.
-_VERSION = "31"
+_VERSION = "32"
 
 _STROKES = ("forward", "backward")
 _WINDOWS = (
@@ -166,6 +166,7 @@ def _declare(
             joints,
             {factor.joint for factor in equations.factors if factor.of_lines},
             turns=turns,
+            is_pin=table.driven_slot is not None,
             has_groups=bool(equations.groups),
         ),
         drawing=draw_linkage(table),

@@ -71,22 +71,24 @@ def find_distance(angle: Input, still: Local, moving: Local) -> DriverDistance |
 
 def find_margins(
     angle: Input, radius: Number, start: Local, direction: Local, pivot: Local, moving: Local
-) -> tuple[Series, Series, Number] | None:
+) -> tuple[Series, Series, Number, Number] | None:
     """The sums r - h and r + h of a radius r and the height h of a line of the frame over a point of the driver.
 
-    The line is from `start` in a direction, the point `moving` from the driver's pivot. Then follows what terms cancel
-    by, which is 0 unless a parameter is negative. None unless the line and the point are along an axis.
+    The line is from `start` in a direction, the point `moving` from the driver's pivot. Then follow what terms cancel
+    by, which is 0 unless a parameter is negative, and the sense of h, -1 where the parameter of the direction is. None
+    unless the line and the point are along an axis.
     """
     along, other = _along_axis(direction), _along_axis(moving)
     if along is None or other is None:
         return None
-    (_, quarters), (crank, turned) = along, other
+    (span, quarters), (crank, turned) = along, other
     # the pivot over the line is the difference of two coordinates
     axis, ahead, total = 1 - quarters % 2, quarters - turned, radius.graph.exact_sum
     upper, lower = (start, pivot) if quarters in (1, 2) else (pivot, start)
     below = angle.versine(ahead - 1) * crank + total(radius, upper[axis], -lower[axis], -crank)
     above = angle.versine(ahead + 1) * crank + total(radius, lower[axis], -upper[axis], -crank)
-    return below, above, abs(crank) - crank
+    sense = radius.graph.constant(1.0) if span.value is not None else span / abs(span)
+    return below, above, abs(crank) - crank, sense
 
 
 def _along_axis(vector: Local) -> tuple[Number, int] | None:

@@ -220,8 +220,8 @@ class Equations(Trace):
         inherited = larger(self._conditions[circle.centre], self._condition_of(line.body))
         known = self._margins(circle.centre, line, r.terms[0])
         if known:
-            low, high, size = known
-            h, least = 0.5 * (high.terms[0] - low.terms[0]), _LEAST_SQUARE * (r * r).terms[0]
+            low, high, size, sense = known
+            h, least = 0.5 * sense * (high.terms[0] - low.terms[0]), _LEAST_SQUARE * (r * r).terms[0]
             product = self.graph.put("max", (low.terms[0] * high.terms[0]).index, least.index)
             own = inherited * (1.0 + size * r.terms[0] / product)
         else:

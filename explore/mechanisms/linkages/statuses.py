@@ -26,10 +26,14 @@ def blocked_at(joint: int) -> int:
 
 
 def declare_statuses(
-    joints: Sequence[str], of_lines: Collection[str], *, turns: bool, has_groups: bool
+    joints: Sequence[str], of_lines: Collection[str], *, turns: bool, is_pin: bool, has_groups: bool
 ) -> dict[int, OwnStatus]:
-    """The statuses by code; those in `of_lines` are joints of two lines, and `turns` tells the turn from a range."""
-    motion = "turns fully" if turns else "moves over its range"
+    """The statuses by code; those in `of_lines` are joints of two lines.
+
+    `turns` tells the turn from a range, and `is_pin` a driven pin from a crank.
+    """
+    driver, turn = ("driven pin", "moves over its travel") if is_pin else ("crank", "turns fully")
+    motion = turn if turns else "moves over its range"
     statuses = {
         CANNOT_ASSEMBLE: OwnStatus("cannot_assemble", "some joint is out of reach at every crank angle"),
         NO_STROKES: OwnStatus(
@@ -39,7 +43,7 @@ def declare_statuses(
         ),
         TURN_NOT_DECIDED: OwnStatus(
             "turn_not_decided",
-            f"whether the crank {motion} was not decided: joints are close to their limits too often",
+            f"whether the {driver} {motion} was not decided: joints are close to their limits too often",
             lacks_turn=True,
             is_undecided=True,
         ),
@@ -58,7 +62,7 @@ def declare_statuses(
     for k, joint in enumerate(joints):
         statuses[blocked_at(k)] = OwnStatus(
             f"crank_blocked_at_{joint}",
-            f"the crank cannot {motion.replace('s ', ' ', 1)}: {joint} is out of reach at some crank angles",
+            f"the {driver} cannot {motion.replace('s ', ' ', 1)}: {joint} is out of reach at some crank angles",
             lacks_turn=True,
         )
         label, sentence = (

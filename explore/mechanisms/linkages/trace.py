@@ -243,7 +243,9 @@ class Trace:
                 return (distance, sense) if distance else None
         return None
 
-    def _margins(self, point: str, line: Slot | SlideLine, radius: Number) -> tuple[Series, Series, Number] | None:
+    def _margins(
+        self, point: str, line: Slot | SlideLine, radius: Number
+    ) -> tuple[Series, Series, Number, Number] | None:
         """See `find_margins`; None but for a point of the driver and a slot of the frame."""
         is_driven = self._pivot and self._made_by.get(point) == self.table.driver
         if not (is_driven and isinstance(line, Slot) and line.body == FRAME):
