@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from command_line import succeed
 from studies import swept
 
 import explore
@@ -86,3 +87,16 @@ def test_without_a_feasible_design_none_is_the_best(tmp_path):
     )
     with pytest.raises(RequestError, match="no design of .* is feasible"):
         chosen_designs(explore.sweep(study, tmp_path / "none.h5"))
+
+
+def test_a_margin_is_an_objective_that_no_study_names(results, tmp_path):
+    """Refined in it, designs are polished, tuned and certified, and the study of one has the other objective."""
+    margin = "transmission_angle_min_margin:max"
+    refined = explore.refine(results, tmp_path / "refined.h5", evaluations=400, objectives=[margin, "reach:min"])
+    polished, name = explore.polish(refined), margin.partition(":")[0]
+    assert polished[name].iloc[0] >= explore.rank(refined)[name].max()
+    assert explore.certify(refined)["verdict"].isin(["proved", "open"]).all()
+    said, _ = succeed("tune", refined.path, "--parameter", "crank")
+    assert said.startswith("reach exists: crank ")
+    succeed("export", refined.path, "-o", tmp_path / "one.toml")
+    assert [each.metric for each in explore.load_study(tmp_path / "one.toml").objectives] == ["reach"]

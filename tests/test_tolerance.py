@@ -382,6 +382,8 @@ def test_a_finished_file_is_told_so_and_units_stay_at_80_columns(folder, robustn
     [
         (["--tolerance", "crank"], 2, "--tolerance crank: write NAME=VALUE, such as crank=0.1"),
         (["--tolerance", "crank=0", "--tolerance", "coupler=0", "--tolerance", "rocker=0"], 2, "no dimension has"),
+        (["--tolerance", "crank=0.1", "--tolerance", "crank=0.2"], 2, "--tolerance crank is given several times"),
+        (["--tolerance", "0.1", "--tolerance", "0.2"], 2, "--tolerance 0.2: a tolerance of all lengths is given"),
         (["--design", "9999"], 1, "9999"),
         (["-o", "robust.h5"], 1, "robust.h5 exists; name another file with -o or move it aside with --restart"),
         (["-o", "study.h5"], 2, "-o study.h5 is the results file itself"),

@@ -36,6 +36,8 @@ def parse_settings(
             raise RequestError(f"--set {setting}: write NAME=VALUE, such as {next(iter(declared))}=100")
         if name not in declared:
             raise RequestError(f"--set {setting}: unknown parameter; {suggestion(name, declared)}")
+        if name in parameters:
+            raise RequestError(f"--set {name} is given several times; give it once")
         try:
             parameters[name] = read_value(declared[name], number_or_text(text, scales.get(name)))
         except RequestError as error:
@@ -55,6 +57,8 @@ def parse_points(points: Sequence[str], units: ShownUnits | None = None) -> Plac
             raise RequestError(f"--point {name}: {error}") from None
         if not equals or len(place) != 2:
             raise RequestError(f"--point {point}: write NAME=ALONG,ACROSS, such as knife=120,40")
+        if name in places:
+            raise RequestError(f"--point {name} is given several times; give it once")
         places[name] = place
     return places
 

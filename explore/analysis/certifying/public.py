@@ -98,7 +98,7 @@ def certify(
 def _require_computed(source: Results, objectives: Sequence[Objective]) -> None:
     """Refuse a Pareto set in objectives such as the error that the solver of a task measures: no enclosure is known."""
     request = request_of(source)
-    computed = {metric.name for metric in request.metrics} | {p.name for p in request.mechanism.parameters}
+    computed = {metric.name for metric in request.all_metrics} | {p.name for p in request.mechanism.parameters}
     missing = [each.metric for each in objectives if each.metric.removesuffix("_margin") not in computed]
     if missing:
         raise RequestError(

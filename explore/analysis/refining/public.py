@@ -167,6 +167,7 @@ def _polished(study: Study, row: pd.DataFrame, objective: Objective) -> pd.DataF
     def values_at(positions: FloatArray) -> tuple[FloatArray, FloatArray]:
         found = evaluate(free, positions)
         margins = [margin(constraint, found[constraint.metric.name]) for constraint in request.constraints]
+        found |= {f"{each.metric.name}_margin": own for each, own in zip(request.constraints, margins, strict=True)}
         # Not even the best value of a design that misses the tolerance counts: such a design is not feasible.
         values = np.where(found["feasible"], objectives_to_minimise(found, [objective])[:, 0], np.nan)
         return values, np.array(margins).reshape(len(margins), len(positions)).T

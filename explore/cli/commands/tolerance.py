@@ -123,14 +123,20 @@ def _parse(texts: Sequence[str], source: Results, units: ShownUnits) -> dict[str
     swept = {column.name for column in source.columns if column.role == "parameter"}
     lengths = [p.name for p in mechanism.parameters if p.unit == "mm" and p.affects in ("motion", "point")]
     entries: dict[str, object] = {}
+    named: set[str] = set()
     for text in sorted(texts, key=lambda text: "=" in text):
         if "=" not in text:
+            if entries:
+                raise RequestError(f"--tolerance {text}: a tolerance of all lengths is given already; give it once")
             if not text.lstrip("+-.")[:1].isdecimal():
                 raise RequestError(f"--tolerance {text}: write NAME=VALUE, such as crank=0.1, or 0.1 of all lengths")
             of_all = [f"{name}={text}" for name in lengths if name in swept]
             entries |= _parse(of_all, source, units)
             continue
         name, _, value = text.partition("=")
+        if name in named:
+            raise RequestError(f"--tolerance {name} is given several times; give it once")
+        named.add(name)
         width, colon, distribution = value.partition(":")
         try:
             entry: dict[str, object] = {"plus_minus": number_or_text(width, scales.get(name))}

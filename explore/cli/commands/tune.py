@@ -153,7 +153,7 @@ def _subject_of_results(
         "points": results.points,
         "target": results.target,
     }
-    metrics = [text.partition(":")[0] for text in results.own_objectives]
+    metrics = [text.partition(":")[0] for text in results.named_objectives]
     metrics = [name for name in metrics if name not in parameters]
     constraints = {name: sides for name, sides in results.constraints.items() if name not in results.given}
     return _Subject(mechanism, parameters, units, metrics, constraints, arguments)

@@ -60,7 +60,7 @@ class DesignOfResults:
         results = self.results
         row, sections = results.design(self.number), results.sections
         values = {column.name: row[column.name] for column in results.columns if column.role == "parameter"}
-        objectives = list(results.own_objectives)
+        objectives = list(results.named_objectives)
         parts: dict[str, object] = {
             **mechanism_entries(mechanism_source(results)),
             **_value_entries(results.points, values),

@@ -54,6 +54,12 @@ class RecordedStudy:
         return tuple(text for text in self.objectives if _metric(text) not in self.given)
 
     @property
+    def named_objectives(self) -> tuple[str, ...]:
+        """The objectives that a study can name: its own that are no margins."""
+        margins = {column.name for column in self._layout.columns if column.role == "margin"}
+        return tuple(text for text in self.own_objectives if _metric(text) not in margins)
+
+    @property
     def mechanism(self) -> str:
         """Name of the mechanism; empty if the file has none."""
         return str(self._layout.attributes.get("mechanism", ""))
