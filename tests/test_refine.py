@@ -302,6 +302,14 @@ def test_bounds_that_nothing_can_meet_leave_nothing_feasible(tmp_path):
     assert "evaluations = 9: the refinement begins with 90 designs; evaluate more than these\n" in refusal
 
 
+def test_designs_alike_at_a_corner_of_the_ranges_are_no_growth(tmp_path):
+    sweep_text(tmp_path, box('count = 256\n[rank]\nmetrics = ["crank:min", "rocker:max"]\n'), "alike")
+    said = run("refine", "alike.h5", "--evaluations", "4000", cwd=tmp_path).stderr
+    ranked = explore.rank(tmp_path / "alike-refined.h5")
+    assert len(ranked) > len(ranked[["crank", "rocker"]].drop_duplicates()) == 1
+    assert "the front went from 1 design to 1\n" in said
+
+
 def test_a_front_of_one_design_that_stays_one_does_not_grow(tmp_path):
     """One objective is twice the other."""
     text = box(

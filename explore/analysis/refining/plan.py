@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -211,6 +211,11 @@ def space_of(study: Study, parameters: Arrays) -> DesignSpace:
     table = Table(axes, len(axes[0].values))
     space = study.space
     return SolvedSpace.over(table, space.solved_length) if isinstance(space, SolvedSpace) else table
+
+
+def lines_of(columns: Mapping[str, object], objectives: Sequence[Objective]) -> int:
+    """Number of designs with different objectives."""
+    return len(np.unique([np.asarray(columns[objective.metric]) for objective in objectives], axis=1).T)
 
 
 def growth(plan: RefinementPlan, ranking: Ranking) -> float | None:

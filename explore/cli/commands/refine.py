@@ -68,21 +68,22 @@ def refine(
 def _report(summary: Summary, plan: RefinementPlan) -> None:
     """Say how many designs were computed, and how the front grew."""
     say_computed(summary)
-    from explore.analysis.refining.plan import growth
+    from explore.analysis.refining.plan import growth, lines_of
     from explore.results.ranking.rankings import rank_source
     from explore.results.store.open_results import open_results
 
     ranking = rank_source(open_results(summary.path))
-    n_start = len(plan.start["design"])
     if not plan.has_front and ranking.frame.empty:
         say(f"none of the designs is feasible; the nearest of all: explore rank {summary.path} --nearest 10", "yellow")
         return
+    frame = {objective.metric: ranking.frame[objective.metric] for objective in plan.objectives}
+    n_end = lines_of(frame, plan.objectives)  # of designs alike, as at a corner of the ranges, one counts
     if plan.has_front:
-        verb = "grew" if len(ranking.frame) > n_start else "went"
-        text = f"the front {verb} from {count_of(n_start, 'design')} to {len(ranking.frame):,}"
+        n_start = lines_of(plan.start, plan.objectives)
+        verb = "grew" if n_end > n_start else "went"
+        text = f"the front {verb} from {count_of(n_start, 'design')} to {n_end:,}"
     else:
-        text = (
-            f"from {count_of(n_start, 'design')} near feasible to a front of {count_of(len(ranking.frame), 'design')}"
-        )
+        n_start = len(plan.start["design"])
+        text = f"from {count_of(n_start, 'design')} near feasible to a front of {count_of(n_end, 'design')}"
     share = growth(plan, ranking)
     say(text if share is None else f"{text}, its hypervolume by {share:.2%}")
