@@ -9,6 +9,14 @@ import numpy as np
 from explore.synthesis.nine_points.four_bars import linkages_of
 
 _FILE = Path(__file__).parent / "reference" / "synthesis.json"
+#: The benchmarks of paths by name.
+PROBLEMS = json.loads(_FILE.with_name("path_benchmarks.json").read_text(encoding="utf-8"))
+_FREE = np.random.default_rng(5).normal(size=(4, 2)) @ [1, 1j]
+#: Nine points with an axis of symmetry, through which some linkages are singular solutions.
+SYMMETRIC = np.concatenate([_FREE, _FREE.conj(), [0.3]])
+_ACROSS = np.linspace(-1.3, 1.4, 9) + 0.05 * np.random.default_rng(2).normal(size=9)
+#: Nine points of a parabola, where many paths end at infinity.
+PARABOLA = _ACROSS + 1j * _ACROSS**2
 
 
 @cache
@@ -25,6 +33,22 @@ def case(name):
 def plane(pair):
     """A point of the plane from two decimal texts."""
     return complex(float(pair[0]), float(pair[1]))
+
+
+def points_of(name):
+    """The points of a benchmark."""
+    return np.array([complex(*pair) for pair in PROBLEMS[name]["points"]])
+
+
+def spline_path():
+    """The points of the published slider-crank."""
+    inputs, _ = case("scpath_spline")
+    return np.array([complex(float(x), float(y)) for x, y in zip(inputs["X"], inputs["Y"], strict=True)])
+
+
+def slope_of(function, h=1e-3):
+    """The slope of a function at 0 by differences of fourth order."""
+    return (8 * (function(h) - function(-h)) - (function(2 * h) - function(-2 * h))) / (12 * h)
 
 
 def pressure_angle_max(linkage):

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from command_line import run
 from studies import synthesize_text
+from synthesis_cases import slope_of
 
 import explore
 from explore import charts
@@ -141,9 +142,6 @@ def test_slopes_against_differences():
     task = DwellTask(1.0)
     motions, (_, slopes) = slider_motions(numbers, sides, turned), excesses_of_lengths(task, numbers)
 
-    def difference(function, h=1e-3):
-        return (8 * (function(h) - function(-h)) - (function(2 * h) - function(-2 * h))) / (12 * h)
-
     for j in range(N_NUMBERS):
         unit = np.eye(N_NUMBERS)[j]
 
@@ -151,9 +149,9 @@ def test_slopes_against_differences():
             return slider_motions(numbers + h * unit, sides, turned)
 
         # Errors of the differences: h^4 over the distance to a dead point, 1/2 or more.
-        assert motions.position_slopes[:, j] == pytest.approx(difference(lambda h: moved(h).positions), abs=1e-8)
-        assert motions.sine_slopes[:, j] == pytest.approx(difference(lambda h: moved(h).sines), abs=1e-8)
-        expected = difference(lambda h, unit=unit: excesses_of_lengths(task, numbers + h * unit)[0])
+        assert motions.position_slopes[:, j] == pytest.approx(slope_of(lambda h: moved(h).positions), abs=1e-8)
+        assert motions.sine_slopes[:, j] == pytest.approx(slope_of(lambda h: moved(h).sines), abs=1e-8)
+        expected = slope_of(lambda h, unit=unit: excesses_of_lengths(task, numbers + h * unit)[0])
         assert slopes[:, j] == pytest.approx(expected, abs=1e-8)
 
 

@@ -1,13 +1,11 @@
 """All four-bars through nine points: derivatives, start systems, public problems, planted linkages, and proofs."""
 
-import json
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from flint import acb, arb, ctx
-from synthesis_cases import are_proved, case, plane, real_linkages
+from synthesis_cases import are_proved, case, plane, points_of, real_linkages
 
 from explore.base.errors import RequestError
 from explore.synthesis.linkages import FourBar
@@ -21,12 +19,6 @@ from explore.synthesis.nine_points.equations import linearise
 from explore.synthesis.nine_points.homotopy import solve, start_system
 from explore.synthesis.nine_points.regularity import evaluate
 from explore.synthesis.nine_points.solving import find_all
-
-PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text(encoding="utf-8"))
-
-
-def points_of(name):
-    return np.array([complex(*pair) for pair in PROBLEMS[name]["points"]])
 
 
 def test_derivatives_against_complex_differences():

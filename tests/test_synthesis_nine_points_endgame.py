@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from synthesis_cases import are_proved, parameters_of
+from synthesis_cases import PARABOLA, SYMMETRIC, are_proved, parameters_of
 
 from explore.synthesis.nine_points import endgame, homotopy
 from explore.synthesis.nine_points.certificates import certify
@@ -24,9 +24,7 @@ from explore.synthesis.nine_points.solving import find_all
 from explore.synthesis.nine_points.tracking import N_SIDES
 
 ANGLES = np.arange(9) * 2 * np.pi / 9 + 0.1 * np.random.default_rng(1).normal(size=9)
-FREE = np.random.default_rng(5).normal(size=(4, 2)) @ [1, 1j]
 ELLIPSE = np.cos(ANGLES) + 2j * np.sin(ANGLES)
-SYMMETRIC = np.concatenate([FREE, FREE.conj(), [0.3]])
 
 
 def counts(points):
@@ -138,8 +136,7 @@ def test_regular_paths_have_limits_too():
 def test_paths_that_meet_at_infinity_have_one_limit():
     # Cycles of a parabola's paths, of which some have their first turn at another one's other order of dyads, and one
     # of a path alone, lost to its partners. The last two meet others on circles down to a radius of 1e-6.
-    across = np.linspace(-1.3, 1.4, 9) + 0.05 * np.random.default_rng(2).normal(size=9)
-    parameters = parameters_of(across + 1j * across**2)
+    parameters = parameters_of(PARABOLA)
     solutions, start = start_system(0)
     last = 0.05 * (parameters - start)
     rows = np.array([190, 1181, 486, 462, 1401, 101, 134, 1299])

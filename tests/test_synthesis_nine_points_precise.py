@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from synthesis_cases import are_proved, parameters_of, real_linkages
+from synthesis_cases import PARABOLA, SYMMETRIC, are_proved, parameters_of, real_linkages
 
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.nine_points import homotopy, precise_tracking
@@ -92,8 +92,7 @@ def test_what_more_digits_lead_to_may_have_a_link_that_is_a_point(monkeypatch):
 
 
 def test_singular_limits_stay_singular():
-    free = np.random.default_rng(5).normal(size=(4, 2)) @ [1, 1j]
-    parameters = parameters_of(np.concatenate([free, free.conj(), [0.3]]))
+    parameters = parameters_of(SYMMETRIC)
     near, start, rates = near_solutions(parameters, np.array([25]))
     end = follow_precisely(near[0], start, rates)
     assert end.solution is None
@@ -113,8 +112,7 @@ def test_points_anywhere_on_the_paths_of_crank_rockers_are_complete():
 @pytest.mark.slow
 def test_points_of_a_parabola_are_complete_from_both_start_systems():
     # Of 143 paths some meet others on circles down to a radius that double precision does not reach.
-    across = np.linspace(-1.3, 1.4, 9) + 0.05 * np.random.default_rng(2).normal(size=9)
-    parameters = parameters_of(across + 1j * across**2)
+    parameters = parameters_of(PARABOLA)
     one, other = (solve(parameters, number) for number in (0, 1))
     assert one.count(LOST) == other.count(LOST) == 0
     assert len(one.regular) == len(other.regular) == len(distinct(np.concatenate([one.regular, other.regular]), 1e-5))
@@ -123,8 +121,7 @@ def test_points_of_a_parabola_are_complete_from_both_start_systems():
 def test_a_path_to_infinity_is_told_from_one_to_a_far_solution(monkeypatch):
     steps, correct = [], precise_tracking._Path.correct
     monkeypatch.setattr(precise_tracking._Path, "correct", lambda *a: (steps.append(a[2]), correct(*a))[1])
-    across = np.linspace(-1.3, 1.4, 9) + 0.05 * np.random.default_rng(2).normal(size=9)
-    near, start, rates = near_solutions(parameters_of(across + 1j * across**2), np.array([115, 149]))
+    near, start, rates = near_solutions(parameters_of(PARABOLA), np.array([115, 149]))
     infinite, regular = (follow_precisely(place, start, rates) for place in near)
     assert infinite.is_infinite
     assert len(steps) < 600  # 983 with a polynomial of the time

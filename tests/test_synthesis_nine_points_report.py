@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from stopping import interrupt
-from synthesis_cases import are_proved
+from synthesis_cases import SYMMETRIC, are_proved
 
 from explore.base.errors import RequestError
 from explore.synthesis.defects import PASSES, WRONG_ORDER
@@ -18,8 +18,6 @@ from explore.synthesis.nine_points.homotopy import Ends
 from explore.synthesis.nine_points.report import find_linkages
 from explore.synthesis.nine_points.solving import merge
 
-FREE = np.random.default_rng(5).normal(size=(4, 2)) @ [1, 1j]
-SYMMETRIC = np.concatenate([FREE, FREE.conj(), [0.3]])
 CRANK_ROCKER = FourBar(0.2 + 0.1j, 4.1 + 0.4j, 1.0, 3.5, 2.5, 0.6 + 0.7j)
 ANGLES = 0.3 + np.array([0.0, 0.5, 1.1, 1.8, 2.4, 3.1, 3.9, 4.6, 5.2])
 

@@ -2,14 +2,13 @@
 
 import base64
 import dataclasses
-import json
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import run
 from studies import synthesize_text
+from synthesis_cases import PROBLEMS
 
 import explore
 from explore.base.errors import ConfigError
@@ -19,7 +18,6 @@ from explore.synthesis.paths.search import PathSolution
 from explore.synthesis.tasks.path_search import _distinct, find_timed_errors
 from explore.synthesis.tasks.task_files import load_task, parse_task, task_starter
 
-PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text(encoding="utf-8"))
 LINKAGE = FourBar(1 + 2j, 1 + 2j + 40 * np.exp(0.3j), 10.0, 35.0, 25.0, 0.6 + 0.7j, 1)
 
 

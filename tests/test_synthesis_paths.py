@@ -1,11 +1,10 @@
 """Four-bars through many points: derivatives, order of the angles, public problems, and linkages found again."""
 
-import json
 from itertools import combinations_with_replacement
-from pathlib import Path
 
 import numpy as np
 import pytest
+from synthesis_cases import PROBLEMS, points_of, slope_of
 
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.paths import search
@@ -27,12 +26,7 @@ from explore.synthesis.paths.problems import ORDERED, Task
 from explore.synthesis.paths.search import PathTask, find_paths, linkage_of, numbers_of_boxes, placed_starts
 from explore.synthesis.pooling import pool
 
-PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text(encoding="utf-8"))
 LINKAGE = FourBar(1 + 2j, 1 + 2j + 4 * np.exp(0.3j), 1.0, 3.5, 2.5, 0.6 + 0.7j, 1)
-
-
-def points_of(name):
-    return np.array([complex(*pair) for pair in PROBLEMS[name]["points"]])
 
 
 def numbers_of(linkage):
@@ -77,18 +71,15 @@ def test_slopes_against_differences_of_fourth_order(branch, is_ground_longer):
         numbers, constants_of(numbers, is_ground_longer), branch, is_ground_longer, angle, slopes, turns
     )
 
-    def difference(function, step=1e-3):
-        return (8 * (function(step) - function(-step)) - (function(2 * step) - function(-2 * step))) / (12 * step)
-
     def placed(numbers, angle):
         """The point, and the angle of the body."""
         place, coupler = place_at(numbers, constants_of(numbers, is_ground_longer), branch, angle)
         return np.array([place, np.angle(coupler) + numbers[BODY]])
 
     for j in range(N_NUMBERS):
-        by_number = difference(lambda h, j=j: placed(numbers + h * np.eye(N_NUMBERS)[j], angle))
+        by_number = slope_of(lambda h, j=j: placed(numbers + h * np.eye(N_NUMBERS)[j], angle))
         assert by_number == pytest.approx([slopes[j], turns[j]], abs=1e-10)
-    assert difference(lambda h: placed(numbers, angle + h)) == pytest.approx([by_angle, spin], abs=1e-10)
+    assert slope_of(lambda h: placed(numbers, angle + h)) == pytest.approx([by_angle, spin], abs=1e-10)
 
 
 def test_the_slopes_of_crank_and_ground_at_their_bounds():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 from studies import synthesize_text
-from synthesis_cases import case, pressure_angle_max
+from synthesis_cases import case, pressure_angle_max, slope_of, spline_path
 
 from explore.base.errors import RequestError
 from explore.synthesis.slider_cranks import SliderCrank
@@ -29,11 +29,6 @@ def nearest(linkage, points):
     return np.array(found)
 
 
-def path():
-    inputs, _ = case("scpath_spline")
-    return np.array([complex(float(x), float(y)) for x, y in zip(inputs["X"], inputs["Y"], strict=True)])
-
-
 def reference_design(name):
     """The slider-crank of a case: its offset counts to the right, and its angle beta from the rod to the point."""
     inputs, outputs = case(name)
@@ -44,7 +39,7 @@ def reference_design(name):
 @pytest.mark.parametrize("name", ["scpath_direct_published", "scpath_direct_direct_a"])
 def test_distances_of_the_reference_designs(name):
     linkage, outputs = reference_design(name)
-    distances = nearest(linkage, path())
+    distances = nearest(linkage, spline_path())
     # The reference measures to a polygon of 28,800 points: its sagitta, step^2 / 8 times the curvature, is up to 2e-8.
     assert distances == pytest.approx(np.array(outputs["per_point"], dtype=float), abs=2e-8)
     assert np.sqrt(np.mean(distances**2)) == pytest.approx(float(outputs["rms12"]), abs=2e-8)
@@ -55,7 +50,7 @@ def test_distances_of_the_reference_designs(name):
 @pytest.mark.parametrize("box", [(2 + 3j, 5 + 6j), (0j, 12 + 12j), None])
 def test_the_direct_design_is_beaten(box):
     """0.0019421 in place of 0.0019493, within each of the boxes, and 14 times less than the published design."""
-    task = SliderPathTask(path(), pivot_box=box)
+    task = SliderPathTask(spline_path(), pivot_box=box)
     found = find_slider_paths(task)
     assert found[0].error_rms == pytest.approx(0.00194206, abs=1e-8)
     assert found[0].error_rms < float(case("scpath_direct_direct_a")[1]["rms12"])
@@ -99,14 +94,11 @@ def test_slopes_against_differences_of_fourth_order():
     angles = np.array([[0.3, 1.0, 4.0], [2.0, 3.0, 5.5]])
     _, slopes, by_angle = points_and_slopes(numbers, angles)
 
-    def difference(function, h=1e-3):
-        return (8 * (function(h) - function(-h)) - (function(2 * h) - function(-2 * h))) / (12 * h)
-
     for j in range(N_NUMBERS):
         unit = np.eye(N_NUMBERS)[j]
-        expected = difference(lambda h, unit=unit: points_and_slopes(numbers + h * unit, angles)[0])
+        expected = slope_of(lambda h, unit=unit: points_and_slopes(numbers + h * unit, angles)[0])
         assert slopes[..., j] == pytest.approx(expected, abs=1e-10)
-    assert by_angle == pytest.approx(difference(lambda h: points_and_slopes(numbers, angles + h)[0]), abs=1e-10)
+    assert by_angle == pytest.approx(slope_of(lambda h: points_and_slopes(numbers, angles + h)[0]), abs=1e-10)
 
 
 def planted(rng, *, is_closed):
@@ -146,8 +138,8 @@ def test_paths_of_slider_cranks_are_met(count, seed, is_closed):
 
 def test_a_reversed_path_has_the_same_solution():
     """The crank may turn in either sense, and a mirrored path has the mirrored solution."""
-    best = find_slider_paths(SliderPathTask(path()))[0]
-    backwards = find_slider_paths(SliderPathTask(path()[::-1]))[0]
+    best = find_slider_paths(SliderPathTask(spline_path()))[0]
+    backwards = find_slider_paths(SliderPathTask(spline_path()[::-1]))[0]
     assert backwards.error_rms == pytest.approx(best.error_rms, rel=1e-6)
     assert np.sign(backwards.angles[-1] - backwards.angles[0]) == -np.sign(best.angles[-1] - best.angles[0])
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from synthesis_cases import case
+from synthesis_cases import case, spline_path
 
 from explore.synthesis.slider_paths import _guide, closed_spline, find_guide, reach_path
 
@@ -15,22 +15,17 @@ def slider_offsets(followers, rod, beta, direction):
     return -(followers.crank * np.sin(crank - direction) + rod * np.sin(side - beta - direction))
 
 
-def path():
-    inputs, _ = case("scpath_spline")
-    return np.array([complex(float(x), float(y)) for x, y in zip(inputs["X"], inputs["Y"], strict=True)])
-
-
 def test_the_closed_spline():
     _, outputs = case("scpath_spline")
     expected = [complex(float(x), float(y)) for x, y in outputs["mid_segment_points"]]
-    assert closed_spline(path(), 2)[1::2] == pytest.approx(expected, rel=1e-15)
-    assert (closed_spline(path(), 1) == path()).all()
+    assert closed_spline(spline_path(), 2)[1::2] == pytest.approx(expected, rel=1e-15)
+    assert (closed_spline(spline_path(), 1) == spline_path()).all()
 
 
 @pytest.mark.parametrize("per_chord", [1, 5, 10, 20])
 def test_offsets_of_the_published_design(per_chord):
     inputs, outputs = case(f"scpath_SE_J{per_chord}")
-    followers = reach_path(closed_spline(path(), per_chord), PIVOT, 1)
+    followers = reach_path(closed_spline(spline_path(), per_chord), PIVOT, 1)
     offsets = slider_offsets(followers, 5.92, np.radians(15.5), np.radians(25.31))
     assert (followers.crank, followers.side) == pytest.approx((float(outputs["L1"]), float(outputs["L3"])), rel=1e-14)
     expected = (float(outputs["e_max"]), float(outputs["e_min"]))
@@ -43,7 +38,7 @@ def test_offsets_of_the_published_design(per_chord):
 
 def test_the_linear_programme_of_the_published_pivot():
     """The best guide on a grid of whole degrees has an error of 0.1284741 at 25 deg; between them it is less."""
-    followers = reach_path(closed_spline(path(), 10), PIVOT, 1)
+    followers = reach_path(closed_spline(spline_path(), 10), PIVOT, 1)
     best = min((_guide(followers, angle, 8.0) for angle in np.radians(np.arange(180))), key=lambda guide: guide.error)
     assert best.error == pytest.approx(0.1284741, abs=5e-8)
     found = [np.degrees(best.direction), best.rod, np.degrees(best.beta), best.offset]

@@ -2,7 +2,6 @@
 
 import itertools
 import json
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -10,7 +9,7 @@ import pytest
 from command_line import run
 from numba import njit, types
 from scipy.spatial import cKDTree
-from synthesis_cases import least_ordered
+from synthesis_cases import PROBLEMS, least_ordered
 from target_studies import SQUARE, study_of
 
 import explore
@@ -21,8 +20,6 @@ from explore.mechanisms.targets.path_errors.curve import CURVE
 from explore.mechanisms.targets.path_errors.metrics import measure_paths
 from explore.model.targets import target_from_content
 from explore.studies.request.names import find_mechanism
-
-PROBLEMS = json.loads((Path(__file__).parent / "reference" / "path_benchmarks.json").read_text())
 
 
 def published(name):
