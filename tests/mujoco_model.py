@@ -49,7 +49,7 @@ class Guided:
     normals: np.ndarray
 
 
-def _text(*numbers):
+def text(*numbers):
     return " ".join(repr(float(number)) for number in numbers)
 
 
@@ -57,11 +57,11 @@ def _element(bodies, body):
     axis = "0 0 1" if body.joint == "hinge" else "1 0 0"
     children = "".join(_element(bodies, child) for child in bodies if child.parent == body.name)
     return (
-        f'<body name="{body.name}" pos="{_text(*body.at)} 0">'
-        f'<joint name="{body.name}" type="{body.joint}" axis="{axis}" stiffness="{_text(body.stiffness)}" '
-        f'springref="{_text(body.rest)}" damping="{_text(body.damping)}"/>'
-        f'<inertial pos="{_text(*body.centroid)} 0" mass="{_text(body.mass)}" '
-        f'diaginertia="{_text(*[body.inertia] * 3)}"/>{children}</body>'
+        f'<body name="{body.name}" pos="{text(*body.at)} 0">'
+        f'<joint name="{body.name}" type="{body.joint}" axis="{axis}" stiffness="{text(body.stiffness)}" '
+        f'springref="{text(body.rest)}" damping="{text(body.damping)}"/>'
+        f'<inertial pos="{text(*body.centroid)} 0" mass="{text(body.mass)}" '
+        f'diaginertia="{text(*[body.inertia] * 3)}"/>{children}</body>'
     )
 
 
@@ -91,7 +91,7 @@ def inverse_dynamics(bodies, cut, gravity, motion, loads, drive, guided=None):
 
     world = "".join(_element(bodies, body) for body in bodies if not body.parent)
     model = mujoco.MjModel.from_xml_string(
-        f'<mujoco><compiler angle="radian"/><option gravity="{_text(0.0, -gravity, 0.0)}"/>'
+        f'<mujoco><compiler angle="radian"/><option gravity="{text(0.0, -gravity, 0.0)}"/>'
         f"<worldbody>{world}</worldbody></mujoco>"
     )
     data = mujoco.MjData(model)

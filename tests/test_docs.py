@@ -346,9 +346,3 @@ def test_explore_is_typed_only_where_the_shell_knows_it(page):
     typed = re.search(r"^(?:\$ |\| `)?explore \w+[ `\n]", text, re.MULTILINE)
     assert typed
     assert "`. .venv/bin/activate`" in text[: typed.start()]
-
-
-def test_reference_names_everything_public():
-    page = (ROOT / "docs/reference.md").read_text(encoding="utf-8")
-    shown = re.findall(r"^::: explore\.(\w+)$", page, re.MULTILINE)
-    assert sorted(shown) == sorted(set(explore.__all__) - {"__version__", "charts"})

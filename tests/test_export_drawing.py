@@ -14,7 +14,7 @@ from explore.figures.exporting.chosen import DesignOfParameters
 from explore.figures.exporting.dimensions import dimensions
 from explore.figures.exporting.dxf import _add, write_dxf
 from explore.figures.exporting.movement import move
-from explore.figures.exporting.shapes import Arc, Distance, Text
+from explore.figures.exporting.shapes import Arc, Distance, Text, bounds
 from explore.figures.exporting.sheet import draw_sheet
 from explore.figures.exporting.svg import document as svg_document
 from explore.figures.exporting.svg import element, path_data, write_svg
@@ -329,6 +329,12 @@ def test_the_distance_of_each_two_pivots_has_the_name_of_the_length_between_them
     shown = [shape for shape in dimensions(simulated, third, places, 2.5) if isinstance(shape, Distance)]
     level = [(shape.name, shape.value) for shape in shown if shape.start[1] == shape.stop[1] == 0.0]
     assert level == [("ground", 180.0), ("coupler", 170.0)]
+
+
+def test_a_text_lies_within_the_bounds():
+    """Letters are three quarters of their height wide."""
+    text = Text("title", np.array([10.0, 20.0]), "four")
+    assert bounds([text], 5.0).tolist() == [[10.0, 20.0], [10.0 + 4 * 0.75 * 5.0, 25.0]]
 
 
 def test_a_movement_fills_its_bounds():

@@ -1,6 +1,5 @@
 """Mutated tables of linkages: each is read, or refused with a line for each mistake, and nothing else happens."""
 
-import json
 import os
 import re
 import shutil
@@ -12,14 +11,13 @@ from changed_trees import change, text_of
 from command_line import call
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from linkage_cases import curved_shaper, loaded_shaper
+from linkage_cases import REFERENCE, curved_shaper, loaded_shaper
 
 from explore.base.errors import ConfigError
 from explore.mechanisms.linkages.steps import find_steps
 from explore.studies.config.linkage import Linkage, load_linkage
 from explore.studies.config.study_file import linkage_starter, linkage_starters
 
-REFERENCE = json.loads((Path(__file__).parent / "reference" / "linkages.json").read_text())
 TABLES = [case["table"] for case in REFERENCE["cases"]] + [linkage_starter(name) for name in linkage_starters()]
 TABLES += [loaded_shaper().to_toml(), curved_shaper().to_toml()]
 

@@ -5,6 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from linkage_cases import CASES, linkage_of, values_of, with_loads
+from mujoco_model import text
 
 import explore
 from explore.mechanisms.linkages.expressions import evaluate_coordinate
@@ -24,10 +25,6 @@ STEP = 1e-3
 
 def place_of(place, values):
     return np.array([float(evaluate_coordinate(part, values)) for part in place])
-
-
-def text(*numbers):
-    return " ".join(repr(float(number)) for number in numbers)
 
 
 class Model:

@@ -113,7 +113,7 @@ def test_constants_of_tables_keep_what_they_are_rounded_by():
 
 
 @njit
-def _call(fill, constants, tangents, anchor, law, variant, count, needs, out):
+def call_fill(fill, constants, tangents, anchor, law, variant, count, needs, out):
     fill(constants, tangents, anchor, law, variant, count, needs, out)
 
 
@@ -122,7 +122,7 @@ def samples_of(fill, mechanism, values, tangents, anchor):
     design = {name: np.array([value]) for name, value in values.items()}
     constants = np.repeat(mechanism.constants(columns(mechanism, design))[:, 0], LANES)
     out = np.empty(len(tangents) * mechanism.signal_rows * LANES)
-    _call(fill, constants, np.repeat(tangents, LANES), anchor, 0, 0, len(tangents), 1, out)
+    call_fill(fill, constants, np.repeat(tangents, LANES), anchor, 0, 0, len(tangents), 1, out)
     lanes = out.reshape(len(tangents), mechanism.signal_rows, LANES)
     np.testing.assert_array_equal(lanes, np.broadcast_to(lanes[:, :, :1], lanes.shape))
     return lanes[:, :, 0]

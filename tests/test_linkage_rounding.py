@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 from linkage_cases import CASES, columns, evaluate_graph, linkage_of, near_limits, scattered, trace, turns, values_of
-from numba import njit
+from test_linkage_pairs import call_fill
 
 import explore
 from explore.base.lanes.disturbance import DISTURBANCE, FACTORS, PERIOD, first_factor
@@ -23,11 +23,6 @@ def test_factors_have_random_signs_and_sizes_and_differ_from_node_to_node():
     assert {first_factor(node) for node in range(PERIOD)} == set(range(PERIOD))
 
 
-@njit
-def _call(fill, constants, tangents, anchor, law, variant, count, needs, out):
-    fill(constants, tangents, anchor, law, variant, count, needs, out)
-
-
 def test_disturbed_samples_tell_the_derivatives_by_all_operations():
     """Changes of a crank pin's place, r cos and r sin, are those of two operations and of the half-tangent."""
     kernel = linkage_of(CASES["watt-2"]).mechanism.for_signals(["A_x", "A_y"])
@@ -36,7 +31,7 @@ def test_disturbed_samples_tell_the_derivatives_by_all_operations():
     constants = np.repeat(kernel.constants(columns(kernel, design))[:, 0], 16)
     samples, disturbed = (np.empty(count * kernel.signal_rows * 16) for _ in range(2))
     for fill, out in ((kernel.fill, samples), (kernel.disturbed_fill, disturbed)):
-        _call(fill, constants, tangents, 0, 0, 0, count, 1, out)
+        call_fill(fill, constants, tangents, 0, 0, 0, count, 1, out)
     shape = (count, kernel.signal_rows, 16)
     changes = ((disturbed - samples) / DISTURBANCE).reshape(shape)[:, :2, 0]
     u, (x, y) = np.linspace(-0.9, 0.9, count), samples.reshape(shape)[:, :2, 0].T

@@ -24,10 +24,13 @@ from linkage_cases import (
 
 import explore
 from explore import Linkage
+from explore.base.compiling import LANES
 from explore.evaluation.evaluate import compile_kernels
 from explore.evaluation.quadrature.windows import LONGER, orient
 from explore.figures.reporting.javascript import translate
+from explore.mechanisms.linkages.mark_errors import store_error
 from explore.mechanisms.linkages.metrics import REACH_NAMES
+from explore.mechanisms.linkages.programs import CLOSED_ERROR_ROW
 from explore.mechanisms.linkages.statuses import NO_STROKES
 from explore.model.status import Status
 from explore.studies.request.requests import make_request
@@ -50,6 +53,16 @@ CENTRED = {
 
 def label(row):
     return row.attrs["labels"]["status"][row["status"].iloc[0]]
+
+
+def test_the_error_of_strokes_is_that_of_their_ends_over_their_lengths():
+    ratio_row = CLOSED_ERROR_ROW + 1
+    record, ratios = np.zeros((ratio_row + 1, LANES)), np.linspace(1.5, 9.0, LANES)
+    record[ratio_row] = ratios
+    store_error(np.full(LANES, 1e-6), ratio_row, record.reshape(-1))
+    shorter = 2.0 * math.pi / (1.0 + ratios)
+    expected = 1e-6 / shorter + 1e-6 / (2.0 * math.pi - shorter)
+    assert record[CLOSED_ERROR_ROW] == pytest.approx(expected, rel=1e-8)
 
 
 def reversals(linkage, parameters, rate):

@@ -273,6 +273,7 @@ def test_the_command_line_lists_what_a_table_has(folder):
 def test_init_writes_classic_linkages(tmp_path):
     names = linkage_starters()
     assert len(names) >= 16
+    assert all(linkage_starter(name)[2:].replace("\n# ", " ").startswith(names[name]) for name in names)
     listed = run("init", "--list", cwd=tmp_path).stdout
     picture = (Path(__file__).parents[1] / "docs" / "linkages-gallery.svg").read_text(encoding="utf-8")
     assert all(name in listed and f">{name}</text>" in picture for name in names)

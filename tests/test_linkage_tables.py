@@ -1,18 +1,17 @@
 """Tables of linkages: what is read from them, and each mistake with its file, line and key."""
 
-import json
 import pickle
 import tomllib
 from pathlib import Path
 
 import pytest
+from linkage_cases import REFERENCE
 
 from explore.base.errors import ConfigError
 from explore.mechanisms.linkages.steps import find_steps
 from explore.studies.config.linkage import Linkage, load_linkage
 from explore.studies.linkages.branch import two_sided, words_of
 
-REFERENCE = json.loads((Path(__file__).parent / "reference" / "linkages.json").read_text())
 TABLES = {case["name"]: case["table"] for case in REFERENCE["cases"]}
 #: Those that no chain of dyads solves.
 GROUPS = ("scotch-yoke", "stephenson-2")

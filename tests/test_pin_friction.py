@@ -188,14 +188,11 @@ def test_pins_that_nothing_turns_on_have_no_friction():
             Linkage(FOUR_BAR | {"frame": frame, "links": links, "loads": loads})
 
 
-def test_the_content_of_friction_describes_it():
-    assert Linkage(ROUGH.content) == ROUGH
-
-
 def test_a_slider_turns_on_its_pin():
     """The wrist pin takes more than it does without friction; rod and block turn against each other."""
     loads = {"masses": {"B": 1.3}, "forces": {"B": [-25, 0]}, "friction": {"guide": 0.1, "B": PIN}}
     linkage, values = with_loads(CASES["slider-crank"], loads), {"r": 30.0, "l": 90.0, "e": 10.0, "speed": 11.0}
+    assert Linkage(linkage.content) == linkage
     rows = explore.evaluate(
         linkage, values | {"mu": np.array([0.0, 0.1]), "radius": 10.0}, metrics=["friction_power_mean"], window="cycle"
     )

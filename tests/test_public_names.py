@@ -2,6 +2,7 @@
 
 import ast
 import doctest
+import inspect
 import re
 import sys
 from pathlib import Path
@@ -43,8 +44,9 @@ def test_it_uses_every_public_name():
 
 def test_the_reference_lists_every_public_name():
     text = (Path(__file__).parents[1] / "docs" / "reference.md").read_text(encoding="utf-8")
-    listed = set(re.findall(r"^::: explore\.(?:charts\.)?(\w+)$", text, re.MULTILINE))
-    assert not {*explore.__all__, *charts.__all__} - listed - {"__version__", "charts"}
+    listed = re.findall(r"^::: explore\.((?:charts\.)?\w+)$", text, re.MULTILINE)
+    public = {*explore.__all__, *(f"charts.{name}" for name in charts.__all__)} - {"__version__", "charts"}
+    assert sorted(listed) == sorted(public)
 
 
 def test_examples_of_docstrings_run_as_printed(tmp_path, monkeypatch):
@@ -54,6 +56,13 @@ def test_examples_of_docstrings_run_as_printed(tmp_path, monkeypatch):
     found = [doctest.testmod(sys.modules[module]) for module in sorted(modules)]
     assert sum(each.failed for each in found) == 0
     assert sum(each.attempted for each in found) >= 3
+
+
+def test_no_switch_is_on_unless_it_is_set():
+    """But for that of `evaluate`, which gives a table."""
+    functions = {name: getattr(explore, name) for name in explore.__all__ if inspect.isfunction(getattr(explore, name))}
+    defaults = [(name, each) for name, one in functions.items() for each in inspect.signature(one).parameters.values()]
+    assert [(name, each.name) for name, each in defaults if each.default is True] == [("evaluate", "table")]
 
 
 def test_types_are_part_of_the_package():

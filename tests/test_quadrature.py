@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 
 import explore
 from explore.base.compiling import FILL_SIGNATURE, LANES, compiled, function_type
+from explore.evaluation.quadrature import bounds
 from explore.evaluation.quadrature.magnitudes import power_means
 from explore.evaluation.quadrature.panels import (
     ANCHOR,
@@ -214,6 +215,21 @@ def test_the_node_count_is_the_smallest_that_the_error_model_allows(order, row, 
     # the exponent is rounded, and the exponential of a number of up to 700 multiplies its error
     expected = np.exp(np.maximum(model[chosen, every], -600.0))
     assert np.where(expected > 1e-260, panels[row : row + n], expected) == pytest.approx(expected, rel=1e-12)
+
+
+def test_more_nodes_help_where_a_bound_is_not_that_of_rounding():
+    """Twice the rounding, or rounding well below the tolerance; each design by its own."""
+    rng, n = np.random.default_rng(3), 64
+    rows = np.zeros((bounds.BOUNDS_SIZE // bounds.CHUNK, bounds.CHUNK))
+    model, rounding = 10.0 ** rng.uniform(-11.0, -8.0, (2, n))
+    for row, values in ((bounds.QUADRATURE, model), (bounds.ROUNDING_OF_ROW, rounding)):
+        rows[row // bounds.CHUNK, :n] = values
+    bounds._finish_bound(rows.reshape(-1), n, bounds.FLAG_MOMENTS, 1e-9)
+    bound = model + rounding
+    is_missed, helps = bound > 1e-9, (bound > 2.0 * rounding) | (rounding < 0.9e-9)
+    assert {*zip(is_missed.tolist(), helps.tolist(), strict=True)} >= {(True, True), (True, False), (False, True)}
+    assert rows[bounds.WORST // bounds.CHUNK, :n].tolist() == bound.tolist()
+    assert rows[bounds.IMPROVABLE // bounds.CHUNK, :n].tolist() == (is_missed & helps).tolist()
 
 
 #: Half width in u = tan(angle/2) of a peak of the magnitude (1 + u^2)/(2 ((u - peak)^2 + width^2)). Its integral over

@@ -191,7 +191,9 @@ def test_densities_count_all_feasible_designs_of_the_file(tmp_path, monkeypatch)
     monkeypatch.setattr(rows, "MAX_DESIGNS", 10)
     monkeypatch.setattr(rows, "MAX_FEASIBLE", 10)
     monkeypatch.setattr(contents.ColumnPacker, "add", lambda self, values: values)
-    density = contents.collect_contents(results, None, "", lambda _: None).study["density"]
+    study = contents.collect_contents(results, None, "", lambda _: None).study
+    density = study["density"]
+    assert np.count_nonzero(study["kinds"] == rows.FEASIBLE) == 10
     table = results.to_pandas().query("feasible")
 
     assert len(density["pairs"]) >= 3

@@ -321,6 +321,7 @@ def test_feasibility_given_all_designs_of_the_file_agrees(results):
         row = table.loc[("feasible", parameter)]
         assert given.low <= row["first_order_high"]
         assert row["first_order_low"] <= given.high
+        assert row[["undefined", "bins"]].tolist() == [0, 0]
     assert 0.9 * 65_536 < table["designs"].iloc[0] <= 65_536
     share = table.attrs["feasible"] / table["designs"].iloc[0]
     # Three times the standard deviation of random designs; both samples are more even.

@@ -1,4 +1,4 @@
-"""Slider-cranks under load: signals by free bodies with 256 bits and by MuJoCo, and their net work."""
+"""Slider-cranks under load: signals by free bodies with 256 bits, and their net work."""
 
 import math
 
@@ -7,7 +7,6 @@ import pytest
 from exact_loads import ExactSliderCrank, assert_signals
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mujoco_model import Body, Cut, inverse_dynamics, magnitude, rod_motion
 
 import explore
 
@@ -59,49 +58,6 @@ def test_signals_are_those_of_free_bodies(slider, load, share):
     design = with_friction(slider, share) | load
     motion = explore.simulate("slider-crank", design, angles=ANGLES[::4])
     assert_signals(motion, ExactSliderCrank, design, "slider_velocity")
-
-
-@pytest.mark.slow
-def test_forces_agree_with_mujoco():
-    """Without friction, which MuJoCo's inverse dynamics of given motions does not have in a guide."""
-    pytest.importorskip("mujoco")
-    random = np.random.default_rng(3)
-    for number in range(100):
-        crank, share = random.uniform(10.0, 200.0), random.uniform(-2.0, 2.0)
-        rod = crank * (1.0 + abs(share)) * random.uniform(1.03, 6.0)
-        design = {"crank": crank, "rod": rod, "offset": share * crank}
-        design |= {"speed": random.uniform(0.5, 50.0), "gravity": 9.80665 * (number % 2)}
-        design |= {"constant_force": random.uniform(-500.0, 500.0), "opposing_force": random.uniform(0.0, 500.0)}
-        design |= {"stiffness": random.uniform(0.0, 1e4), "damping": random.uniform(0.0, 500.0)}
-        design |= {name: random.uniform(0.1, 10.0) for name in ("mass", "crank_mass", "rod_mass")}
-        design |= {name: random.uniform(-0.5, 1.5) for name in ("crank_centroid", "rod_centroid")}
-        design["rod_inertia"] = random.uniform(1e-3, 0.1)
-        theta, speed = np.deg2rad(ANGLES), design["speed"]
-        pin, slider, turning, spinning = rod_motion("slider-crank", design, ANGLES)
-        span = slider[0] - pin[0]
-        crank, rod, offset = (1e-3 * design[name] for name in ("crank", "rod", "offset"))
-        middle = 0.5 * sum(np.sqrt(reach**2 - offset**2) for reach in (rod + crank, rod - crank))
-        bodies = (
-            Body("crank", design["crank_mass"], 0.01, (design["crank_centroid"] * crank, 0.0)),
-            Body("rod", design["rod_mass"], design["rod_inertia"], (design["rod_centroid"] * rod, 0.0), (crank, 0.0),
-                 "crank"),
-            Body("slider", design["mass"], 0.01, (0.0, 0.0), (0.0, offset), joint="slide",
-                 stiffness=design["stiffness"], rest=middle, damping=design["damping"]),
-        )  # fmt: skip
-        motion = {
-            "crank": (theta, np.full_like(theta, speed), np.zeros_like(theta)),
-            "rod": (np.arctan2(span[:, 1], span[:, 0]) - theta, turning - speed, spinning),  # the angle to the crank
-            "slider": slider[:, :, 0],
-        }
-        load = {"slider": design["constant_force"] - design["opposing_force"] * np.sign(slider[1, :, 0])}
-        cut = Cut("rod", (rod, 0.0), "slider", (0.0, 0.0))
-        torque, pins = inverse_dynamics(bodies, cut, design["gravity"], motion, load, "crank")
-        exact = explore.simulate("slider-crank", design, angles=ANGLES)
-        scale = max(magnitude(force).max() for force in pins.values())
-        for name, body in (("crank_pivot_force", "crank"), ("crank_pin_force", "rod"), ("slider_pin_force", "cut")):
-            assert np.abs(exact[name] - magnitude(pins[body])).max() <= 1e-11 * scale, design
-        assert np.abs(exact["guide_force"] - pins["slider"][:, 1]).max() <= 1e-11 * scale, design
-        assert np.abs(exact["drive_torque"] - torque).max() <= 1e-11 * scale * crank, design
 
 
 def evaluate(design, metrics, tolerance=1e-10):

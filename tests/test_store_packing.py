@@ -112,6 +112,8 @@ def test_small_files(tmp_path, n_designs):
     with AllDesignsWriter(path, COLUMNS, n_designs, BLOCK, ATTRIBUTES) as store:
         for number in store.pending:
             store.commit(number, values(number, BLOCK, n_designs))
+        assert store.n_committed == n_designs
+    np.testing.assert_array_equal(open_results(path).to_pandas()["crank"], np.arange(n_designs) + 0.25)
     reports: list[tuple[int, int]] = []
     pack(path, target, lambda *state: reports.append(state))
     assert_same_content(target, path)

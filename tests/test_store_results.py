@@ -14,7 +14,6 @@ from store_files import ATTRIBUTES, BLOCK, COLUMNS, LABELS, N_BLOCKS, N_DESIGNS,
 import explore
 from explore.base.errors import ResultsError
 from explore.model.columns import Column
-from explore.results.store.all_designs_writer import AllDesignsWriter
 from explore.results.store.creation import create_results_file
 from explore.results.store.memory_file import MemoryFile
 from explore.results.store.open_results import open_results
@@ -160,16 +159,6 @@ def test_long_texts_are_kept(tmp_path, length):
     assert open_results(path).config == text
     with h5py.File(path) as file:
         assert ("study" in file) == (length > 60_000)
-
-
-@pytest.mark.parametrize("n_designs", [1, 2, BLOCK, BLOCK + 1])
-def test_small_files(tmp_path, n_designs):
-    path = tmp_path / "small.h5"
-    with AllDesignsWriter(path, COLUMNS, n_designs, BLOCK, ATTRIBUTES) as store:
-        for number in store.pending:
-            store.commit(number, values(number, BLOCK, n_designs))
-        assert store.n_committed == n_designs
-    np.testing.assert_array_equal(open_results(path).to_pandas()["crank"], np.arange(n_designs) + 0.25)
 
 
 def test_image_behaves_like_a_file():

@@ -49,14 +49,15 @@ def test_the_file_holds_what_evaluate_says_of_every_design(study, tmp_path):
         np.testing.assert_array_equal(frame[name], expected[name], err_msg=name)
 
 
-def test_a_resumed_sweep_computes_the_rest(study, tmp_path):
+@pytest.mark.parametrize("keep", ["all", "front"])
+def test_a_resumed_sweep_computes_the_rest(keep, study, tmp_path):
     """And writes the same bytes; those of threads, processes and clusters are compared in clusters/test_determinism."""
-    explore.sweep(study, tmp_path / "one.h5", workers=1)
+    explore.sweep(study, tmp_path / "one.h5", workers=1, keep=keep)
 
     for _ in range(2):
         with pytest.raises(Stop):
-            explore.sweep(study, tmp_path / "resumed.h5", report_progress=stop)
-    summary = run(study, tmp_path / "resumed.h5")
+            explore.sweep(study, tmp_path / "resumed.h5", keep=keep, report_progress=stop)
+    summary = run(study, tmp_path / "resumed.h5", keep=keep)
 
     assert summary.n_resumed == 2 * BLOCK_SIZE or summary.n_resumed == BLOCK_SIZE + 151_200 % BLOCK_SIZE
     assert sha256(tmp_path / "resumed.h5") == sha256(tmp_path / "one.h5")

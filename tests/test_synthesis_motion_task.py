@@ -251,6 +251,17 @@ def test_candidates_of_the_starter(tmp_path):
     assert (turned + 180) % 360 - 180 == pytest.approx(0, abs=0.02)
 
 
+@pytest.mark.parametrize(
+    ("angles", "fate"),
+    [
+        ([0.1, 0.5, 0.9], PASSES), ([0.9, 0.5, 0.1], PASSES), ([0.1, 0.9, 0.5], WRONG_ORDER),
+        ([0.5, 0.1, 0.9], WRONG_ORDER), ([0.0, 4.0, 7.0], WRONG_ORDER),
+    ],
+)  # fmt: skip
+def test_the_order_is_that_of_the_crank_angles_within_a_turn(angles, fate):
+    assert motion._fate(np.array(angles)) == fate
+
+
 def test_more_poses_than_five_are_met_nearly(tmp_path, monkeypatch):
     rng = np.random.default_rng(45)
     linkage = FourBar(1 + 2j, 41 + 2j, 10.0, 35.0, 25.0, 0.6 + 0.7j)

@@ -321,6 +321,7 @@ def test_a_linkage_laid_over_its_own_closed_curve_is_at_its_points(is_mirrored, 
         assert starts.senses[0] == (-1 if is_mirrored != is_reversed else 1)
         off = np.abs(found.points(starts.angles[0] + starts.frames[0]) - points)
         assert off.max() < 0.05 * np.abs(points - points.mean()).max()
+        assert 0.0 <= starts.errors[0] < 5e-3
 
 
 def test_starts_between_bounds_of_pivots_turn_as_their_angles_do():

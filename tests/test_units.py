@@ -47,22 +47,22 @@ _POWERED = st.builds("{}^{}".format, st.sampled_from(sorted(_UNITS)), st.integer
 _FACTORS = st.sampled_from(sorted(_UNITS)) | _POWERED
 
 
+def assert_is_that_of_pint(unit):
+    factor, root = _registry().get_root_units(unit)
+    own, powers = common_root(unit)
+    assert own == Fraction(factor)
+    named = zip(("meter", "second", "gram", "radian"), powers, strict=True)
+    assert {name: power for name, power in named if power} == dict(root._units)
+
+
 @given(st.lists(_FACTORS, min_size=1, max_size=4), st.lists(st.sampled_from((" ", "*", "/", " / ")), min_size=3))
 def test_common_units_are_those_of_pint(factors, signs):
-    unit = factors[0] + "".join(sign + factor for sign, factor in zip(signs, factors[1:], strict=False))
-    factor, root = _registry().get_root_units(unit)
-    names = ("meter", "second", "gram", "radian")
-    assert common_root(unit) == (Fraction(factor), tuple(dict(root._units).get(name, 0) for name in names))
+    assert_is_that_of_pint(factors[0] + "".join(map("".join, zip(signs, factors[1:], strict=False))))
 
 
 @pytest.mark.parametrize("name", _UNITS)
 def test_each_common_unit_is_that_of_pint(name):
-    factor, root = _registry().get_root_units(name)
-    own, powers = common_root(name)
-    assert own == Fraction(factor)
-    assert dict(zip(("meter", "second", "gram", "radian"), powers, strict=True)) | dict(root._units) == {
-        name: dict(root._units).get(name, 0) for name in ("meter", "second", "gram", "radian")
-    }
+    assert_is_that_of_pint(name)
 
 
 @pytest.mark.parametrize(

@@ -105,8 +105,7 @@ def _step(task: DwellTask, numbers: FloatArray, rows: _Rows, box: float) -> tupl
     n_rest, n_excesses = len(rows.rest), len(rows.excesses)
     # In units of the travel: it may be far less than the tolerance of the solver.
     unit = max(rows.half, 1e-12)
-    middle = 0.5 * (rows.rest.max() + rows.rest.min())
-    rest, slopes = (rows.rest - middle) / unit, rows.rest_slopes / unit
+    rest, slopes = (rows.rest - rows.rest.min()) / unit, rows.rest_slopes / unit
     one, nothing = np.ones((n_rest, 1)), np.zeros((n_rest, 1))
     # Unknowns: the step, the middle of the travel, half the travel, and what misses the limits.
     matrix = np.vstack([

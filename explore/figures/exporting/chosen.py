@@ -104,7 +104,7 @@ class DesignOfParameters:
         columns = parameter_columns(declared, {**parameters, **places})
         if len(next(iter(columns.values()))) != 1:
             raise RequestError("export takes one design; give a number for each parameter")
-        return cls(mechanism, {name: float(column[0]) for name, column in columns.items()}, tuple(points))
+        return cls(mechanism, {name: float(column.item()) for name, column in columns.items()}, tuple(points))
 
     @cached_property
     def simulated(self) -> SimulatedDesign:

@@ -89,11 +89,11 @@ def improve(task: Task, candidates: Candidates, count: int) -> Candidates:
     with ThreadPoolExecutor(os.cpu_count()) as threads:
 
         def each(improved: Callable[[Candidates], Candidates], of: Candidates) -> Candidates:
+            of = of.best(count + _MORE)
             singles = (of.rows(np.array([k])) for k in range(len(of.errors)))
-            return _distinct(joined(list(threads.map(improved, singles)))).best(count + _MORE)
+            return _distinct(joined(list(threads.map(improved, singles))))
 
         best = _distinct(joined(list(threads.map(lambda group: _improve_group(task, group), groups))))
-        best = best.best(count + _MORE)
         if task.mode in (ORDERED, UNORDERED):
             for _ in range(_REPETITIONS):
                 best = each(lambda one: _with_angles_anew(task, one, *_OF_BEST).fit(task, _STAGES[-1][0], _FINE), best)
