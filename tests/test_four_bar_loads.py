@@ -122,6 +122,15 @@ def test_the_work_of_a_turn_is_what_the_load_dissipates():
     assert (frame["net_work"][lost == 0.0] == 0.0).all()
 
 
+@pytest.mark.parametrize("metric", ["drive_torque_max", "pin_force_peak"])
+def test_bounds_without_masses_are_those_of_vanishing_ones(metric):
+    """Forces of links without masses are computed in another way, with the same rounding."""
+    design = PLAIN | {"constant_torque": 5.0, "stiffness": 40.0, "crank_mass": [0.0, 1e-12]}
+    table = explore.evaluate("crank-rocker", design, metrics=[metric], window="cycle", tolerance=1e-12)
+    assert table[metric][0] == pytest.approx(table[metric][1], rel=1e-12)
+    assert table["error"][0] == pytest.approx(table["error"][1], rel=1e-9)
+
+
 @BRANCHES
 def test_only_dynamic_loads_depend_on_the_speed(branch):
     speeds = {"speed": np.array([10.0, 20.0, 40.0])}
