@@ -130,6 +130,12 @@ def test_a_power_of_what_is_undefined_is_undefined(text):
     assert np.isnan(evaluate(text, np.array([[1.0], [0.0], [0.0], [0.0]])).value[0])
 
 
+@pytest.mark.parametrize(("text", "bound"), [("a + b", 2e-3), ("a - 2 * b", 3e-3), ("3 * a / 4", 0.75e-3)])
+def test_a_bound_is_the_largest_error_that_inputs_can_cause(text, bound):
+    found = evaluate(text, np.array([[1.0], [2.0], [0.0], [0.0]]), 1e-3).bound[0]
+    assert found == pytest.approx(bound, rel=1e-10)
+
+
 @pytest.mark.parametrize("seeds", [range(1000), pytest.param(range(1000, 30_000), marks=pytest.mark.slow)])
 def test_no_true_error_is_above_its_bound(seeds):
     for seed in seeds:
