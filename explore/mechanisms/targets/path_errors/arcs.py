@@ -8,7 +8,7 @@ import numpy as np
 from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN
 from explore.mechanisms.targets.path_errors.ordering import fill_least
-from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, place_of
+from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, divide, place_of
 from explore.model.quantities import FloatArray
 
 #: Number of arcs of a curve at first.
@@ -19,8 +19,6 @@ MOST_ARCS = 512
 _CURLED = 2e-3
 #: Largest number of times that curled arcs are divided.
 _MOST_DIVISIONS = 5
-#: Number of parts that an arc is divided into.
-_PARTS = 4
 
 # Rows of corners.
 ANGLE, X, Y, SLOPE_X, SLOPE_Y = range(5)
@@ -111,33 +109,12 @@ def _lay(corners, count, laid):
 
 @subroutine()
 def divide_arcs(curve, shape, count, limit, arcs):
-    """Divide the arcs whose excess is above a limit; return the number of all, or 0 if none is or there is no room.
-
-    The number is one of whole rows of lanes: the last corner is repeated.
-    """
-    corners, spare, marked = arcs.corners, arcs.spare, 0
-    for k in range(count):
-        marked += 1 if abs(arcs.excess[k]) > limit else 0
-    total = count + marked * (_PARTS - 1)
-    if marked == 0 or total + LANES_OF_TURN > MOST_ARCS:
-        return 0
-    k = 0
-    for old in range(count):
-        for row in range(5):
-            spare[row, k] = corners[row, old]
-        k += 1
-        if abs(arcs.excess[old]) > limit:
-            start, width = corners[ANGLE, old], corners[ANGLE, old + 1] - corners[ANGLE, old]
-            for part in range(1, _PARTS):
-                angle = start + width * (part / _PARTS)
-                curve(shape, math.cos(angle), math.sin(angle), arcs.out)
-                _fill_corner(angle, arcs.out, spare, k)
-                k += 1
-    total += -total % LANES_OF_TURN
-    for row in range(5):
-        last = corners[row, count]
-        for j in range(total + 1):
-            corners[row, j] = spare[row, j] if j < k else last
+    """Divide the arcs whose excess is above a limit; return the number of all, or 0 if none is or there is no room."""
+    corners, total = arcs.corners, divide(arcs.corners, arcs.spare, arcs.excess, count, limit, MOST_ARCS)
+    for k in range(total):
+        if corners[X, k] == math.inf:
+            curve(shape, math.cos(corners[ANGLE, k]), math.sin(corners[ANGLE, k]), arcs.out)
+            _fill_corner(corners[ANGLE, k], arcs.out, corners, k)
     _lay(corners, total, arcs.laid)
     return total
 

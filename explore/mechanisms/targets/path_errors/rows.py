@@ -21,6 +21,8 @@ LANES_OF_TURN = 8
 LANES = 2 * LANES_OF_TURN
 #: Number of doubles of a line of the cache.
 _LINE = 8
+#: Number of parts that a chord is divided into.
+_PARTS = 4
 
 _DOUBLE = ir.DoubleType()
 _INFINITE = ir.Constant(ir.VectorType(_DOUBLE, LANES), [math.inf] * LANES)
@@ -50,6 +52,37 @@ def place_in_two(chord, parts):
 def chord_at(place, parts):
     """The chord at a place of the row of a turn."""
     return place % LANES_OF_TURN * parts + place // LANES_OF_TURN
+
+
+@subroutine()
+def divide(corners, spare, excess, count, limit, most):
+    """Divide the chords whose excess is above a limit; return the number of all, or 0 if none is or there is no room.
+
+    The number is one of whole rows of lanes: the last corner is repeated. Of a new corner the first row is filled, the
+    place of its chord, and the second is infinite.
+    """
+    marked = 0
+    for k in range(count):
+        marked += 1 if abs(excess[k]) > limit else 0
+    total = count + marked * (_PARTS - 1)
+    if marked == 0 or total + LANES_OF_TURN > most:
+        return 0
+    k = 0
+    for old in range(count):
+        for row in range(len(corners)):
+            spare[row, k] = corners[row, old]
+        k += 1
+        if abs(excess[old]) > limit:
+            start, width = corners[0, old], corners[0, old + 1] - corners[0, old]
+            for part in range(1, _PARTS):
+                spare[0, k], spare[1, k] = start + width * (part / _PARTS), math.inf
+                k += 1
+    total += -total % LANES_OF_TURN
+    for row in range(len(corners)):
+        last = corners[row, count]
+        for j in range(total + 1):
+            corners[row, j] = spare[row, j] if j < k else last
+    return total
 
 
 def _address(builder, array, part, lanes):

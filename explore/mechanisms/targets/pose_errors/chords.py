@@ -7,7 +7,7 @@ import numpy as np
 
 from explore.base.subroutines import subroutine
 from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN
-from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, place_of
+from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, divide, place_of
 from explore.mechanisms.targets.pose_errors.link import (
     ANGLE,
     ANGLE_1,
@@ -32,8 +32,6 @@ _STEP = TURN / FEW_CHORDS
 _CURVED = 2e-3
 #: Largest number of times that chords are divided.
 _MOST_DIVISIONS = 8
-#: Number of parts that a chord is divided into.
-_PARTS = 4
 
 # Rows of chords: their starts (mm, mm, rad), and how far they go along each (mm), by the angle at the end of the lever.
 START_X, START_Y, START_ANGLE, ALONG_X, ALONG_Y, ALONG_ANGLE = range(6)
@@ -118,33 +116,12 @@ def fill_chords(curve, shape, lever, chords):
 
 @subroutine()
 def _divide(curve, shape, count, limit, chords):
-    """Divide the chords whose bend is above a limit; return the number of all, or 0 if none is or there is no room.
-
-    The number is one of whole rows of lanes: the last corner is repeated.
-    """
-    corners, spare, marked = chords.corners, chords.spare, 0
-    for k in range(count):
-        marked += 1 if chords.bends[k] > limit else 0
-    total = count + marked * (_PARTS - 1)
-    if marked == 0 or total + LANES_OF_TURN > MOST_CHORDS:
-        return 0
-    k = 0
-    for old in range(count):
-        for row in range(7):
-            spare[row, k] = corners[row, old]
-        k += 1
-        if chords.bends[old] > limit:
-            start, width = corners[_PART, old], corners[_PART, old + 1] - corners[_PART, old]
-            for part in range(1, _PARTS):
-                place = start + width * (part / _PARTS)
-                fill_link(curve, shape, place * _STEP, chords.out, chords.link)
-                _fill_corner(place, chords.link, spare, k)
-                k += 1
-    total += -total % LANES_OF_TURN
-    for row in range(7):
-        last = corners[row, count]
-        for j in range(total + 1):
-            corners[row, j] = spare[row, j] if j < k else last
+    """Divide the chords whose bend is above a limit; return the number of all, or 0 if none is or there is no room."""
+    corners, total = chords.corners, divide(chords.corners, chords.spare, chords.bends, count, limit, MOST_CHORDS)
+    for k in range(total):
+        if corners[_X, k] == math.inf:
+            fill_link(curve, shape, corners[_PART, k] * _STEP, chords.out, chords.link)
+            _fill_corner(corners[_PART, k], chords.link, corners, k)
     return total
 
 

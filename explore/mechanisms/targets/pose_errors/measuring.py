@@ -50,7 +50,9 @@ _F1, _F2 = types.float64[::1], types.float64[:, ::1]
 
 
 class _Buffers(NamedTuple):
-    """Arrays for one design after another: of the link, of chords, of the search for the order, and of the angles."""
+    """Arrays for one design after another: of the link, of chords, of the search for the order, of the angles, and of
+    the link of a disturbed shape.
+    """
 
     out: FloatArray
     link: FloatArray
@@ -61,13 +63,16 @@ class _Buffers(NamedTuple):
     starts: IntArray
     spare_order: IntArray
     spare_angles: FloatArray
+    disturbed: FloatArray
+    near: FloatArray
+    near_slopes: FloatArray
 
 
 @subroutine(allocates=True)
-def _allocate_buffers(n):
+def _allocate_buffers(n, size):
     return _Buffers(
         np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3), make_chords(), make_search(n, MOST_CHORDS), np.empty(n),
-        np.empty(n + 1, np.int64), np.empty(n, np.int64), np.empty(n),
+        np.empty(n + 1, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(size), np.empty(LINK_SIZE), np.empty(3),
     )  # fmt: skip
 
 
@@ -151,31 +156,18 @@ def _start_at_chords(curve, shape, poses, lever, count, total, buffers, own):
             return
 
 
-class Nearby(NamedTuple):
-    """Arrays for what rounding does to a link: a disturbed shape, its link, and the slopes of the squares of this."""
-
-    disturbed: FloatArray
-    out: FloatArray
-    link: FloatArray
-    slopes: FloatArray
-
-
-@subroutine(allocates=True)
-def make_nearby(size):
-    """Room for shapes of a size."""
-    return Nearby(np.empty(size), np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3))
-
-
 @subroutine()
-def _measure(curve, shape, poses, lever, angles, pose, buffers, nearby, measures):
+def _measure(curve, shape, poses, lever, angles, pose, buffers, measures):
     """Fill the errors of poses at crank angles and their roundings; the places follow from the pose of the linkage."""
-    link, near, order, slopes = buffers.link, nearby.link, buffers.search.forwards, buffers.slopes
+    link, near, order = buffers.link, buffers.near, buffers.search.forwards
+    slopes, near_slopes = buffers.slopes, buffers.near_slopes
+    disturb(shape, buffers.disturbed)
     measures[:] = 0.0
     for i in range(len(poses)):
         fill_link(curve, shape, angles[i], buffers.out, link)
         total = sum_of_squares(link, poses, lever, order, i, i + 1, slopes)
-        fill_link(curve, nearby.disturbed, angles[i] * (1.0 + DISTURBANCE), nearby.out, near)
-        sum_of_squares(near, poses, lever, order, i, i + 1, nearby.slopes)
+        fill_link(curve, buffers.disturbed, angles[i] * (1.0 + DISTURBANCE), buffers.out, near)
+        sum_of_squares(near, poses, lever, order, i, i + 1, near_slopes)
         own, ground = math.hypot(poses[i, 0], poses[i, 1]), abs(math.radians(pose[2]))
         size = max(math.hypot(link[X], link[Y]), own) + math.hypot(pose[0], pose[1])
         place = SHARE * math.hypot(near[X] - link[X], near[Y] - link[Y]) + ROUNDING * (size + ground * own)
@@ -183,7 +175,7 @@ def _measure(curve, shape, poses, lever, angles, pose, buffers, nearby, measures
         turn = SHARE * abs(wrap(near[ANGLE] - link[ANGLE])) + ROUNDING * turned
         root = place * place + lever * lever * turn * turn
         # the angle is where the slope is 0, and moves with it; of a block of poses not each has a bend
-        change = SHARE * abs(nearby.slopes[0] - slopes[0]) + math.sqrt(root * slopes[2])
+        change = SHARE * abs(near_slopes[0] - slopes[0]) + math.sqrt(root * slopes[2])
         move = min(change / (slopes[1] if slopes[1] > 0.0 else LEAST_BEND * slopes[2]), TURN)
         measures[PLACE] = max(measures[PLACE], math.hypot(link[X] - poses[i, 0], link[Y] - poses[i, 1]))
         measures[TURNED] = max(measures[TURNED], abs(wrap(link[ANGLE] - poses[i, 2])))
@@ -208,7 +200,7 @@ def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
     squares.
     """
     m, size = len(poses), designs.shape[1] - POSE_SIZE
-    buffers, placed, near = _allocate_buffers(m), np.empty((m, 3)), make_nearby(size)
+    buffers, placed = _allocate_buffers(m, size), np.empty((m, 3))
     for k in range(len(designs)):
         own = angles[k]
         if math.isnan(designs[k, 0]):
@@ -217,6 +209,5 @@ def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
         shape, pose = designs[k, :size], designs[k, size:]
         _place_poses(poses, pose, placed)
         _find_angles(curve, shape, placed, lever, is_ordered, buffers, own)
-        disturb(shape, near.disturbed)
-        _measure(curve, shape, placed, lever, own, pose, buffers, near, measures[k])
+        _measure(curve, shape, placed, lever, own, pose, buffers, measures[k])
         measures[k, SPAN] = own.max() - own.min()
