@@ -5,8 +5,6 @@ as the digits that it is computed with, and the sign of the determinant tells on
 as near to each other as the rounding.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property

@@ -1,7 +1,5 @@
 """Statistics of an output over its windows in multiple precision, by the exact motion at the nodes of Gauss rules."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache

@@ -1,7 +1,5 @@
 """Arguments of the compiled loop: what each request takes from the signals of its mechanism, as tables."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ Ends are zeros of the output's rate, each off by what rounding moves it by. Besi
 singularity, where rates and accelerations are many times their means.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

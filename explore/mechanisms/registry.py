@@ -1,7 +1,5 @@
 """All mechanisms by name, each loaded when it is first asked for."""
 
-from __future__ import annotations
-
 import copyreg
 import sys
 import threading

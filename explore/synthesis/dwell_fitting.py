@@ -3,15 +3,12 @@
 Limits are residuals too where they are missed; `explore.synthesis.dwell_polishing` then meets them exactly.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from explore.model.quantities import FloatArray
+from explore.synthesis.columns import Columns
 from explore.synthesis.dwell_motions import (
     ACROSS,
     ALONG,
@@ -67,7 +64,8 @@ class DwellTask:
         return found
 
 
-class Fits(NamedTuple):
+@dataclass(frozen=True)
+class Fits(Columns):
     """Starts, or what became of them.
 
     Numbers, (n, 9), and sides, (n,), as of `slider_motions`; errors are mean squares of the slider's motion in the
@@ -77,10 +75,6 @@ class Fits(NamedTuple):
     numbers: FloatArray
     sides: FloatArray
     errors: FloatArray
-
-    def rows(self, chosen: npt.NDArray[np.int64]) -> Fits:
-        """Some of them."""
-        return Fits(*(column[chosen] for column in self))
 
 
 def excesses_of_lengths(task: DwellTask, numbers: FloatArray) -> tuple[FloatArray, FloatArray]:

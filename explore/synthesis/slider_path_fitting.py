@@ -12,12 +12,14 @@ out of order are pooled (adjacent violators), and points that share an angle mov
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from explore.model.quantities import FloatArray
+from explore.synthesis.columns import Columns
 from explore.synthesis.levenberg_marquardt import Kept, Rows, Stepped, damped_step, improve
 from explore.synthesis.linkages import ComplexArray
 from explore.synthesis.pooling import bring_in_order
@@ -39,7 +41,8 @@ BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.int64]
 
 
-class Fits(NamedTuple):
+@dataclass(frozen=True)
+class Fits(Columns):
     """Starts, or what became of them.
 
     Numbers, (b, 8); angles of the crank from the guide at the points, rad, nondecreasing, (b, n); sums of the weighted
@@ -49,10 +52,6 @@ class Fits(NamedTuple):
     numbers: FloatArray
     angles: FloatArray
     errors: FloatArray
-
-    def rows(self, chosen: IntArray | BoolArray) -> Fits:
-        """Some of them."""
-        return Fits(*(column[chosen] for column in self))
 
 
 class Problem(NamedTuple):
@@ -67,7 +66,7 @@ class Problem(NamedTuple):
     lower: FloatArray
     upper: FloatArray
 
-    def rows(self, chosen: IntArray | BoolArray) -> Problem:
+    def rows(self, chosen: IntArray) -> Problem:
         """The problems of some of the starts."""
         return Problem(self.points[chosen], self.weights, self.lower[chosen], self.upper[chosen])
 

@@ -179,7 +179,7 @@ def _starts(points: ComplexArray, task: SliderPathTask) -> Fits:
     angles = (np.array(shapes)[:, None] + phases[:, None]).reshape(-1, len(points))
     some = np.unique(np.linspace(0, len(points) - 1, _N_START_POINTS).astype(np.int64))
     pieces = [_fitted(points, angles, some, *task.pressure_angle_max * np.array(ends)) for ends in _RANGES]
-    found = Fits(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
+    found = Fits.joined(pieces)
     return found.rows(np.argsort(found.errors, kind="stable")[:_N_STARTS])
 
 

@@ -6,16 +6,14 @@ from the mean of the errors. So every choice is a linkage whose crank turns, and
 the turn is one on two numbers.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from explore.base.errors import RequestError
 from explore.model.quantities import FloatArray
+from explore.synthesis.columns import Columns
 from explore.synthesis.functions import FourBarGenerator, wrapped
 from explore.synthesis.levenberg_marquardt import Kept, Rows, Stepped, gauss_newton, improve
 from explore.synthesis.linkages import distinct
@@ -75,7 +73,8 @@ class FoundGenerator:
     error_max: float
 
 
-class _Batch(NamedTuple):
+@dataclass(frozen=True)
+class _Batch(Columns):
     """Linkages: their numbers, shape (n, 4), branches, and whether the ground is longer than the crank, each (n,)."""
 
     numbers: FloatArray
@@ -99,10 +98,6 @@ class _Batch(NamedTuple):
         cosine = (rocker**2 + square - coupler**2) / (2.0 * rocker * np.sqrt(square))
         return np.asarray(np.angle(-diagonal) + self.branches[:, None] * np.arccos(np.clip(cosine, -1.0, 1.0)))
 
-    def rows(self, chosen: npt.NDArray[Any]) -> _Batch:
-        """Some of them."""
-        return _Batch(*(column[chosen] for column in self))
-
 
 def find_turning_generators(task: FunctionTask) -> list[FoundGenerator]:
     """Generators of least mean square error whose crank turns, each a local optimum, best first.
@@ -112,7 +107,7 @@ def find_turning_generators(task: FunctionTask) -> list[FoundGenerator]:
     some = np.unique(np.linspace(0, len(task.inputs) - 1, _N_VALUES).astype(np.int64))
     coarse = replace(task, inputs=task.inputs[some], outputs=task.outputs[some])
     starts = [_starts(coarse, branch, is_longer) for branch in (1.0, -1.0) for is_longer in (True, False)]
-    batch = _Batch(*(np.concatenate(columns) for columns in zip(*starts, strict=True)))
+    batch = _Batch.joined(starts)
     batch, costs = _fit(coarse, batch, _COARSE[1])
     batch, costs = _fit(task, batch.rows(np.argsort(costs, kind="stable")[: _FINE[0]]), _FINE[1])
     candidates = (_found(task, batch.rows(np.array([row]))) for row in np.argsort(costs, kind="stable"))
@@ -171,7 +166,7 @@ def _fit(task: FunctionTask, batch: _Batch, most_steps: int) -> tuple[_Batch, Fl
     bounds = _bounds(task)
 
     def residuals(numbers: FloatArray, rows: Rows) -> FloatArray:
-        return _residuals(task, batch.rows(rows)._replace(numbers=numbers))
+        return _residuals(task, replace(batch.rows(rows), numbers=numbers))
 
     def evaluate(numbers: FloatArray, rows: Rows) -> tuple[FloatArray, Kept]:
         found = residuals(numbers, rows)
@@ -182,7 +177,7 @@ def _fit(task: FunctionTask, batch: _Batch, most_steps: int) -> tuple[_Batch, Fl
         return gauss_newton(numbers, kept[0], np.stack(slopes, axis=1), damping, bounds)
 
     numbers, costs = improve(np.clip(batch.numbers, *bounds), evaluate, step, most_steps, _GAIN, _MET)
-    return batch._replace(numbers=numbers), costs
+    return replace(batch, numbers=numbers), costs
 
 
 def _found(task: FunctionTask, batch: _Batch) -> FoundGenerator | None:

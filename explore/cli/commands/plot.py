@@ -1,7 +1,5 @@
 """`explore plot`: draw a figure of results."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The closed chains of a linkage: a way from the frame to each body, and a chain for each joint that is not on one."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Compiled closed forms over many designs at once: those of mechanisms, and of tables by their graph."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

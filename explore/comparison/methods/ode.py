@@ -1,7 +1,5 @@
 """Integration of the velocities by SciPy's adaptive solvers, design by design."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """Pins with friction: the links that turn on them, and rigid parts, in which none does."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A table as a mechanism: its signals, windows, statuses and drawing follow from the table."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum

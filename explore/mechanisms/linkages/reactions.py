@@ -15,8 +15,6 @@ This is unique while |r| < 1; else friction can lock the slot, and there is no n
 of forces where pins have friction too, or slots of groups; here they are given, and N = q + r |N|.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 

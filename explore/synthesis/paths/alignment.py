@@ -1,15 +1,13 @@
 """Laying curves of the atlas over a path: the similarity, start and sense of each that fit best."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from explore.model.quantities import FloatArray
+from explore.synthesis.columns import Columns
 from explore.synthesis.linkages import ComplexArray
-from explore.synthesis.paths.atlas import N_ANGLES, N_STEPS, IntArray, even_points
+from explore.synthesis.paths.atlas import N_ANGLES, N_STEPS, even_points
 from explore.synthesis.paths.curves import lay_at_angles, lay_parts
 
 #: Number of dense points of the path between two of its given ones.
@@ -54,7 +52,7 @@ def close_path(points: ComplexArray) -> Target:
 
 
 @dataclass(frozen=True)
-class Starts:
+class Starts(Columns):
     """Linkages laid over a path.
 
     Shapes with their size, (n, 6); pivots of the crank, complex, and angles of the frame, rad; branches and senses, 1
@@ -68,10 +66,6 @@ class Starts:
     senses: FloatArray
     angles: FloatArray
     errors: FloatArray
-
-    def rows(self, rows: IntArray) -> Starts:
-        """Some of the starts."""
-        return Starts(*(column[rows] for column in vars(self).values()))
 
 
 def lay_over(target: Target, shapes: FloatArray) -> Starts:
@@ -202,9 +196,3 @@ def lay_timed(points: ComplexArray, angles: FloatArray, shapes: FloatArray, *, i
     senses = np.full(len(own), 1.0 if angles[-1] >= angles[0] else -1.0)
     sizes = np.abs(factor)[:, None]
     return Starts(own * sizes, place, np.angle(factor), branches, senses, turned, errors / _energy(middle))
-
-
-def join(pieces: Sequence[Starts]) -> Starts:
-    """All starts of the pieces."""
-    columns = zip(*(vars(piece).values() for piece in pieces), strict=True)
-    return Starts(*(np.concatenate(column) for column in columns))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from explore.model.quantities import FloatArray
-from explore.synthesis.paths.atlas import IntArray
+from explore.synthesis.columns import Columns
 from explore.synthesis.paths.fitting import fit
 from explore.synthesis.paths.ordering import order_angles
 from explore.synthesis.paths.problems import ORDERED, UNORDERED, Task
@@ -42,7 +42,7 @@ _SAME = 1e-4
 
 
 @dataclass(frozen=True)
-class Candidates:
+class Candidates(Columns):
     """Linkages under improvement.
 
     Branches and senses, 1.0 or -1.0; whether the ground, or the crank, is the longer of both; numbers, (n, 10); angles
@@ -55,10 +55,6 @@ class Candidates:
     numbers: FloatArray
     angles: FloatArray
     errors: FloatArray
-
-    def rows(self, rows: IntArray) -> Candidates:
-        """Copies of some."""
-        return Candidates(*(column[rows] for column in vars(self).values()))
 
     def fit(self, task: Task, most_steps: int, tolerance: float) -> Candidates:
         """Improve all in place, and return them."""
@@ -91,9 +87,9 @@ def improve(task: Task, candidates: Candidates, count: int) -> Candidates:
         def each(improved: Callable[[Candidates], Candidates], of: Candidates) -> Candidates:
             of = of.best(count + _MORE)
             singles = (of.rows(np.array([k])) for k in range(len(of.errors)))
-            return _distinct(joined(list(threads.map(improved, singles))))
+            return _distinct(Candidates.joined(threads.map(improved, singles)))
 
-        best = _distinct(joined(list(threads.map(lambda group: _improve_group(task, group), groups))))
+        best = _distinct(Candidates.joined(threads.map(lambda group: _improve_group(task, group), groups)))
         if task.mode in (ORDERED, UNORDERED):
             for _ in range(_REPETITIONS):
                 best = each(lambda one: _with_angles_anew(task, one, *_OF_BEST).fit(task, _STAGES[-1][0], _FINE), best)
@@ -114,7 +110,7 @@ def _improve_group(task: Task, group: Candidates) -> Candidates:
 
 def _with_angles_anew(task: Task, group: Candidates, n_samples: int, stride: int) -> Candidates:
     """Linkages with their angles, and again with the best among samples of a turn."""
-    return joined([group, group.ordered(task, n_samples, stride)])
+    return Candidates.joined([group, group.ordered(task, n_samples, stride)])
 
 
 def _distinct(candidates: Candidates) -> Candidates:
@@ -125,9 +121,3 @@ def _distinct(candidates: Candidates) -> Candidates:
         if not kept or error - candidates.errors[kept[-1]] > _SAME * error:
             kept.append(k)
     return candidates.rows(np.array(kept))
-
-
-def joined(parts: list[Candidates]) -> Candidates:
-    """All of the parts."""
-    columns = zip(*(vars(part).values() for part in parts), strict=True)
-    return Candidates(*(np.concatenate(column) for column in columns))

@@ -7,11 +7,13 @@ arm of the coupler point, as complex numbers: where both pivots are drawn only t
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from explore.model.quantities import FloatArray
+from explore.synthesis.columns import Columns
 from explore.synthesis.linkages import ComplexArray
 
 #: Number of four-bars drawn of each kind and branch.
@@ -73,7 +75,8 @@ class Goal(NamedTuple):
         return self._replace(points=self.points[rows], weights=self.weights[rows], directions=directions, turned=turned)
 
 
-class Drawn(NamedTuple):
+@dataclass(frozen=True)
+class Drawn(Columns):
     """Four-bars with the longest link of 1.
 
     Crank, coupler, rocker and ground, (n, 4); transmission angles with the crank along and against the frame, rad, (n,
@@ -85,12 +88,9 @@ class Drawn(NamedTuple):
     pivots: ComplexArray
     branches: FloatArray
 
-    def rows(self, rows: slice) -> Drawn:
-        """Some of them."""
-        return Drawn(self.lengths[rows], self.angles[rows], self.pivots[rows], self.branches[rows])
 
-
-class Laid(NamedTuple):
+@dataclass(frozen=True)
+class Laid(Columns):
     """Four-bars laid over the points: their windows, and what fits best, each (m,).
 
     Crank's pivot, vector of the frame over the ground, and of the coupler point over it, complex; angles of the body
@@ -136,7 +136,7 @@ def lay(goal: Goal, drawn: Drawn, windows: FloatArray) -> Laid:
         _lay(goal, drawn.rows(slice(k, k + _CHUNK)), samples % _N_SAMPLES)
         for k in range(0, len(drawn.branches), _CHUNK)
     ]
-    return Laid(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+    return Laid.joined(parts)
 
 
 def _lay(goal: Goal, drawn: Drawn, samples: np.ndarray) -> Laid:

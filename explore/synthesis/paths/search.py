@@ -8,9 +8,9 @@ import numpy as np
 
 from explore.model.quantities import FloatArray
 from explore.synthesis.linkages import ComplexArray, FourBar
-from explore.synthesis.paths.alignment import Starts, close_path, join, lay_over, lay_over_parts, lay_timed
+from explore.synthesis.paths.alignment import Starts, close_path, lay_over, lay_over_parts, lay_timed
 from explore.synthesis.paths.atlas import describe, draw_shapes, make_atlas
-from explore.synthesis.paths.improving import Candidates, improve, joined
+from explore.synthesis.paths.improving import Candidates, improve
 from explore.synthesis.paths.limits import Limits
 from explore.synthesis.paths.numbers import (
     ACROSS,
@@ -154,7 +154,7 @@ class PathTask:
 
     def starts(self, count: int) -> Starts:
         """Crank-rockers and double cranks laid over the path, about `count` of the nearest where there are more."""
-        return join([self._starts(True, 1, count), self._starts(False, _DOUBLE, count // _DOUBLE)])
+        return Starts.joined([self._starts(True, 1, count), self._starts(False, _DOUBLE, count // _DOUBLE)])
 
     def _starts(self, is_ground_longer: bool, part: int, count: int) -> Starts:
         if self.is_closed and self.crank_angles is None:
@@ -243,7 +243,7 @@ def placed_starts(task: PathTask) -> Candidates:
             *corners, task.transmission_angle_min, is_ground_longer=is_longer, is_placed=task.is_placed
         )
         parts.append(_laid(drawn, goal, windows, is_ground_longer=is_longer))
-    return joined(parts)
+    return Candidates.joined(parts)
 
 
 def _laid(drawn: Drawn, goal: Goal, windows: FloatArray, *, is_ground_longer: bool) -> Candidates:
