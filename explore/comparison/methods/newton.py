@@ -9,6 +9,9 @@ from explore.comparison.methods.contract import Capability, Motion, Outcome, Tas
 from explore.comparison.methods.elimination import solve
 from explore.model.quantities import FloatArray
 
+#: Largest number of corrections at one crank angle.
+MOST_CORRECTIONS = 20
+
 
 @dataclass(frozen=True)
 class Newton:
@@ -22,15 +25,12 @@ class Newton:
     ----------
     tolerance
         Largest gap of a closed loop, relative to the longest link.
-    max_iterations
-        Most corrections at one crank angle.
     check_branch
         Whether the sign of the Jacobian's determinant is compared with that of the exact motion. Without it a jump to
         another assembly is reported as solved.
     """
 
     tolerance: float = 1e-12
-    max_iterations: int = field(default=20, repr=False)
     check_branch: bool = field(default=True, repr=False)
 
     @property
@@ -76,13 +76,13 @@ class Newton:
         """Correct the unknowns, shape (m, n), in place until the loop of every design that is still OK is closed."""
         max_gap = self.tolerance * task.size
         active = np.flatnonzero(motion.outcome == Outcome.OK)
-        for iteration in range(self.max_iterations + 1):
+        for iteration in range(MOST_CORRECTIONS + 1):
             columns = {name: column[active] for name, column in task.columns.items()}
             about = task.loop.about(columns, crank[active], unknowns[:, active])
             motion.evaluations[active] += 1
             is_open = ~(np.abs(np.stack(about.gap)).max(axis=0) <= max_gap[active])  # true for NaN as well
             active = active[is_open]
-            if not active.size or iteration == self.max_iterations:
+            if not active.size or iteration == MOST_CORRECTIONS:
                 break
             unknowns[:, active] -= np.stack(solve(about.columns, about.gap)[0])[:, is_open]
             motion.evaluations[active] += 1

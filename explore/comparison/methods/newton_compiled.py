@@ -1,6 +1,6 @@
 """Newton's method of `explore.comparison.methods.newton`, compiled: the same iteration, one design after the other."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -18,6 +18,7 @@ from explore.comparison.methods.compiled_loop import (
     unit_vector,
 )  # fmt: skip
 from explore.comparison.methods.contract import Capability, Motion, Outcome, Task
+from explore.comparison.methods.newton import MOST_CORRECTIONS
 
 _OK, _NOT_CONVERGED, _WRONG_BRANCH = int(Outcome.OK), int(Outcome.NOT_CONVERGED), int(Outcome.WRONG_BRANCH)
 
@@ -33,12 +34,9 @@ class CompiledNewton:
     ----------
     tolerance
         Largest gap of a closed loop, relative to the longest link.
-    max_iterations
-        Most corrections at one crank angle.
     """
 
     tolerance: float = 1e-12
-    max_iterations: int = field(default=20, repr=False)
     name: ClassVar[str] = "newton-compiled"
     summary: ClassVar[str] = "Newton's method from angle to angle, compiled"
     capabilities: ClassVar[Capability] = Capability.BATCHED | Capability.FOLLOWS_ANGLES | Capability.CHECKS_BRANCH
@@ -57,7 +55,7 @@ class CompiledNewton:
             number_terms(loop), np.array([np.broadcast_to(c, n) for chain in task.numbers for c in chain]).T.copy(),
             np.array(carriers, dtype=np.int64), loop.n_angles, loop.n_lengths, loop.turns, given, angle,
             find_sides(task), self.tolerance * task.size, np.array(initial_guess(task), order="C"),
-            self.max_iterations, motion.signals, motion.outcome, motion.evaluations, motion.iterations,
+            motion.signals, motion.outcome, motion.evaluations, motion.iterations,
         )  # fmt: skip
         is_ok = motion.outcome == Outcome.OK
         motion.outcome[is_ok & ~np.isfinite(motion.signals).all(axis=(0, 2))] = Outcome.NOT_FINITE
@@ -69,8 +67,8 @@ class CompiledNewton:
 # compiled for the types of the first call, which only a comparison makes
 @compiled(allocates=True)
 def _solve_all(
-    which, numbers, carriers, n_angles, n_lengths, turns, given, crank_angle, sides, max_gap, start, max_iterations,
-    signals, outcome, evaluations, iterations,
+    which, numbers, carriers, n_angles, n_lengths, turns, given, crank_angle, sides, max_gap, start, signals, outcome,
+    evaluations, iterations,
 ):  # fmt: skip
     """Follow each design from angle to angle until it fails.
 
@@ -95,7 +93,7 @@ def _solve_all(
                 slid[:n_lengths] = unknowns[n_angles:]
                 gap = add_terms(which, numbers[i], turned, slid, by_angle, by_length)
                 is_closed = gap <= max_gap[i]  # false for NaN
-                if is_closed or corrections == max_iterations:
+                if is_closed or corrections == MOST_CORRECTIONS:
                     break
                 fill_gap(rows, by_angle)
                 solve_rows(rows, by_angle, by_length, n_angles)

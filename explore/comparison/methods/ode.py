@@ -16,6 +16,8 @@ from explore.model.quantities import FloatArray
 AdaptiveSolver = Literal["RK45", "DOP853", "Radau"]
 #: Absolute over relative tolerance, as SciPy's defaults; a constant one of 1e-6 would dominate finer ones.
 _ATOL_BY_RTOL = 1e-3
+#: Largest number of steps before the outcome GAVE_UP: near a toggle position they shrink, and take 0.2 s to 2 s.
+_MOST_STEPS = 2500
 
 
 @dataclass(frozen=True)
@@ -32,8 +34,6 @@ class VelocityIntegration:
         Whether Newton's corrections close the loop after each step and at each crank angle of the task. These
         determine the unknowns, so errors are then those of rounding at any tolerance, and the integrator only provides
         the initial guess.
-    max_steps
-        Most steps before the outcome GAVE_UP: near a toggle position the steps shrink, and 2500 take 0.2 s to 2 s.
     gap_tolerance
         Largest gap of a closed loop, relative to the longest link. It is wide because SciPy's default tolerances
         leave gaps of 0.015 even far from the change point.
@@ -42,7 +42,6 @@ class VelocityIntegration:
     solver: AdaptiveSolver = field(repr=False)
     rtol: float = 1e-6
     projected: bool = field(default=False, repr=False)
-    max_steps: int = field(default=2500, repr=False)
     gap_tolerance: float = field(default=1e-1, repr=False)
     capabilities: ClassVar[Capability] = Capability.CHECKS_BRANCH
 
@@ -90,7 +89,7 @@ class VelocityIntegration:
         unknowns[:, :filled] = start[:, None]
         while solver.t < crank[-1]:
             solver.step()
-            if solver.status == "failed" or equations.steps == self.max_steps:
+            if solver.status == "failed" or equations.steps == _MOST_STEPS:
                 return Outcome.GAVE_UP
             equations.steps += 1
             reached = int(np.searchsorted(crank, solver.t, side="right"))
