@@ -25,7 +25,7 @@ from explore.mechanisms.gears.columns import (
     STEADY,
 )
 from explore.mechanisms.gears.law import driven_angle_at, driver_angle_at, ratio_in_turn
-from explore.mechanisms.golden import narrowed, sections
+from explore.mechanisms.golden import least_of
 
 #: Number of steps of a grid on which the lowest ratio is looked for, per period of the return.
 _GRID = 32
@@ -54,6 +54,19 @@ def overall_ratio_at(constants, lane, angle, driven_angle):
         other = other - 2.0 * math.pi if other >= 2.0 * math.pi else other
         largest = max(largest, train_ratio_at(constants, lane, driver_angle_at(constants, lane, other)))
     return largest
+
+
+@subroutine()
+def _value(constants, lane, angle, of_one):
+    """Minus the ratio of one train, or the ratio of all, at an angle of the first train's gear 1."""
+    if of_one:
+        return -train_ratio_at(constants, lane, angle)
+    driven_angle = driven_angle_at(constants, lane, angle, angle > constants[SECTOR_ANGLE * LANES + lane])
+    return overall_ratio_at(constants, lane, angle, driven_angle)
+
+
+#: Search for the least `_value`, also at the corner between two trains.
+_least = least_of(_value, _SECTIONS, _FLAT)
 
 
 @subroutine()
@@ -129,45 +142,4 @@ def _least_off_plateau(constants, lane, branch, of_one):
     least = min(least, _least(constants, lane, max(sector - shift, 0.0), turn - shift, steps, of_one))
     if shift > sector:
         least = min(least, _least(constants, lane, turn + sector - shift, turn, steps, of_one))
-    return least
-
-
-@subroutine()
-def _value(constants, lane, angle, of_one):
-    """Minus the ratio of one train, or the ratio of all, at an angle of the first train's gear 1."""
-    if of_one:
-        return -train_ratio_at(constants, lane, angle)
-    driven_angle = driven_angle_at(constants, lane, angle, angle > constants[SECTOR_ANGLE * LANES + lane])
-    return overall_ratio_at(constants, lane, angle, driven_angle)
-
-
-@subroutine()
-def _least(constants, lane, start, stop, steps, of_one):
-    """The least `_value` between two angles: golden sections about each lowest angle of a grid."""
-    step = (stop - start) / steps
-    here = _value(constants, lane, start, of_one)
-    before, least = math.inf, here
-    for j in range(steps + 1):
-        after = math.inf if j == steps else _value(constants, lane, start + (j + 1) * step, of_one)
-        rise = max(before - here if before < math.inf else 0.0, after - here if after < math.inf else 0.0)
-        least = min(least, here)
-        if here <= before and here <= after and rise > _FLAT * abs(here):
-            low, high = start + max(j - 1, 0) * step, start + min(j + 1, steps) * step
-            least = min(least, _refine(constants, lane, low, high, of_one))
-        before, here = here, after
-    return least
-
-
-@subroutine()
-def _refine(constants, lane, low, high, of_one):
-    """The least `_value` on a short interval; golden sections converge also onto the corner between two trains."""
-    left, right = sections(low, high)
-    at_left, at_right = _value(constants, lane, left, of_one), _value(constants, lane, right, of_one)
-    least = min(at_left, at_right)
-    for _ in range(_SECTIONS):
-        is_left = at_left <= at_right
-        low, high, left, right, at_left, at_right = narrowed(low, high, left, right, at_left, at_right)
-        value = _value(constants, lane, left if is_left else right, of_one)
-        at_left, at_right = value if is_left else at_left, at_right if is_left else value
-        least = min(least, value)
     return least

@@ -24,7 +24,7 @@ from explore.mechanisms.gears.columns import (
 )
 from explore.mechanisms.gears.law import ratio_at
 from explore.mechanisms.gears.smoothstep_law import smoothstep_bend, steepness
-from explore.mechanisms.golden import narrowed, sections
+from explore.mechanisms.golden import least_of
 
 # Quantities that `_least_in_return` searches: the convexities of both gears, and minus the tangent of the tilt.
 _DRIVER, _DRIVEN, _TILT = range(3)
@@ -105,38 +105,14 @@ def _measure(constants, lane, angle, quantity):
     return -abs(rate) / (1.0 + ratio)
 
 
+#: Search for the least `_measure`, also where nothing rises beside it.
+_least = least_of(_measure, _SECTIONS, -1.0)
+
+
 @subroutine()
 def _least_in_return(constants, lane, quantity):
-    """The least value of a quantity in the return sector of a log-smoothstep law.
-
-    Golden sections about each lowest angle of a grid, since two dips may be nearly as low.
-    """
-    sector = constants[SECTOR_ANGLE * LANES + lane]
-    step = (2.0 * math.pi - sector) / _GRID
-    here = _measure(constants, lane, sector, quantity)
-    before, least = math.inf, here
-    for j in range(_GRID + 1):
-        after = math.inf if j == _GRID else _measure(constants, lane, sector + (j + 1) * step, quantity)
-        if here <= before and here <= after:
-            low, high = sector + max(j - 1, 0) * step, sector + min(j + 1, _GRID) * step
-            least = min(least, here, _refined(constants, lane, low, high, quantity))
-        before, here = here, after
-    return least
-
-
-@subroutine()
-def _refined(constants, lane, low, high, quantity):
-    """The least value of a quantity on a short part of the return sector, by golden sections."""
-    left, right = sections(low, high)
-    at_left, at_right = _measure(constants, lane, left, quantity), _measure(constants, lane, right, quantity)
-    least = min(at_left, at_right)
-    for _ in range(_SECTIONS):
-        is_left = at_left <= at_right
-        low, high, left, right, at_left, at_right = narrowed(low, high, left, right, at_left, at_right)
-        value = _measure(constants, lane, left if is_left else right, quantity)
-        at_left, at_right = value if is_left else at_left, at_right if is_left else value
-        least = min(least, value)
-    return least
+    """The least value of a quantity in the return sector of a log-smoothstep law."""
+    return _least(constants, lane, constants[SECTOR_ANGLE * LANES + lane], 2.0 * math.pi, _GRID, quantity)
 
 
 @subroutine()
