@@ -169,7 +169,8 @@ def _sample(
             if designs.any() or number == 0:  # without designs too, which compiles
                 result.error[designs], excess[designs] = 0.0, 0.0
                 run(np.flatnonzero(designs), each, corners)
-                designs = designs & (excess > _largest_excess(each))
+                largest = LARGEST_ANCHORED_EXCESS if isinstance(each, Anchored) else LARGEST_EXCESS
+                designs = designs & (excess > largest)
 
     own = {name for metric in metrics for name in metric.signal.corners_at}
     cornered, added = _added_corners(mechanism, metrics, parameters)
@@ -226,10 +227,6 @@ def _attempts(declared: Quadrature, first: Quadrature) -> tuple[Quadrature, ...]
         return first, declared.anchored if first == declared else declared, _adaptive(declared)
     # a declaration that the samples contradict grades no panels
     return first, Adaptive() if isinstance(first, Graded) else _adaptive(declared)
-
-
-def _largest_excess(quadrature: Quadrature) -> float:
-    return LARGEST_ANCHORED_EXCESS if isinstance(quadrature, Anchored) else LARGEST_EXCESS
 
 
 def _added_corners(

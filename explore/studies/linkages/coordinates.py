@@ -54,14 +54,9 @@ def _polar(entry: Mapping[str, object], key: KeyPath, problems: Problems) -> Pla
     return turned((radius, ZERO), angle, key, problems)
 
 
-def read_angle(entry: object, key: KeyPath, problems: Problems) -> Coordinate:
-    """An angle: a number, deg, or an expression."""
-    return _coordinate(entry, key, problems, "a number or an expression", "deg")
-
-
 def read_amount(entry: object, key: KeyPath, problems: Problems, unit: str) -> Coordinate:
     """A number in a unit, or an expression."""
-    return _coordinate(entry, key, problems, "a number or an expression", unit)
+    return _coordinate(entry, key, problems, unit=unit)
 
 
 def turned(place: Place, angle: Coordinate, key: KeyPath, problems: Problems) -> Place:

@@ -7,7 +7,7 @@ from typing import Any
 from explore.base.errors import KeyPath
 from explore.mechanisms.linkages.coordinate import Coordinate, Place
 from explore.mechanisms.linkages.table import FRAME, Body, Slide, Slot, carrier
-from explore.studies.linkages.coordinates import moved, read_angle, turned
+from explore.studies.linkages.coordinates import moved, read_amount, turned
 from explore.studies.linkages.names import reason_against
 from explore.studies.linkages.structure import SECTION, Structure
 
@@ -20,7 +20,7 @@ def add_copies(structure: Structure, driver: str, entries: Mapping[str, Any]) ->
     base = replace(structure, bodies=dict(structure.bodies), slots=list(structure.slots), slides=list(structure.slides))
     for name, entry in entries.items():
         key: KeyPath = (SECTION, "copies", name)
-        phase = read_angle(entry, key, structure.problems)
+        phase = read_amount(entry, key, structure.problems, "deg")
         pivots = [point for point, _ in base.bodies[driver].points if point in base.bodies[FRAME].place_of]
         if len(pivots) != 1:
             structure.problems.append((key, f"{driver} turns about no point of the frame, so it has no phases"))

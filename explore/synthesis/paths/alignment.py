@@ -163,14 +163,20 @@ def _similar(
 
 def coupler_points(shapes: FloatArray, branches: FloatArray, angles: FloatArray) -> ComplexArray:
     """Coupler points of shapes in their frames at crank angles of each, shape (n, k)."""
-    crank, coupler, rocker, ground, along, across = (column[:, None] for column in shapes.T)
-    pins = crank * np.exp(1j * angles)
+    pins, directions = coupler_places(shapes[:, :4], branches, np.exp(1j * angles))
+    along, across = shapes[:, 4:].T[..., None]
+    return np.asarray(pins + (along + 1j * across) * directions)
+
+
+def coupler_places(lengths: FloatArray, branches: FloatArray, rays: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Pins of cranks and unit vectors of couplers, (n, k), of links (n, 4) at directions of cranks, (k,) or (n, k)."""
+    crank, coupler, rocker, ground = lengths.T[..., None]
+    pins = crank * rays
     diagonal = ground - pins
     square = np.abs(diagonal) ** 2
     share = 0.5 * (square + (coupler - rocker) * (coupler + rocker)) / square
     height = np.sqrt(np.maximum(coupler**2 / square - share**2, 0.0))
-    direction = diagonal * (share + 1j * branches[:, None] * height) / coupler
-    return np.asarray(pins + (along + 1j * across) * direction)
+    return pins, diagonal * (share + 1j * branches[:, None] * height) / coupler
 
 
 def fit_similarity(curves: ComplexArray, path: ComplexArray) -> tuple[ComplexArray, ComplexArray]:

@@ -15,6 +15,7 @@ import numpy as np
 from explore.model.quantities import FloatArray
 from explore.synthesis.columns import Columns
 from explore.synthesis.linkages import ComplexArray
+from explore.synthesis.paths.alignment import coupler_places
 
 #: Number of four-bars drawn of each kind and branch.
 _N_DRAWN = 1024
@@ -141,18 +142,13 @@ def lay(goal: Goal, drawn: Drawn, windows: FloatArray) -> Laid:
 
 def _lay(goal: Goal, drawn: Drawn, samples: np.ndarray) -> Laid:
     rays = np.exp(2j * np.pi * np.arange(_N_SAMPLES) / _N_SAMPLES)
-    crank, coupler, rocker, ground = (column[:, None] for column in drawn.lengths.T)
-    pins = crank * rays
-    diagonal = ground - pins
-    square = np.abs(diagonal) ** 2
-    share = 0.5 * (square + (coupler - rocker) * (coupler + rocker)) / square
-    height = np.sqrt(np.maximum(coupler**2 / square - share**2, 0.0))
-    couplers = diagonal * (share + 1j * drawn.branches[:, None] * height) / coupler
+    pins, couplers = coupler_places(drawn.lengths, drawn.branches, rays)
     pins, couplers = pins[:, samples], couplers[:, samples]  # [four-bar, window, point]
     is_placed = bool(np.isfinite(drawn.pivots).all())
     if is_placed:
         pivots = np.broadcast_to(drawn.pivots[:, :1], pins.shape[:2])
-        frames = np.broadcast_to((drawn.pivots[:, 1:] - drawn.pivots[:, :1]) / (ground + _TINY), pins.shape[:2])
+        vectors = (drawn.pivots[:, 1:] - drawn.pivots[:, :1]) / (drawn.lengths[:, 3:] + _TINY)
+        frames = np.broadcast_to(vectors, pins.shape[:2])
         rest = goal.points - pivots[..., None] - frames[..., None] * pins
         arms = (couplers.conj() * rest) @ (goal.weights / goal.weights.sum())
     else:

@@ -108,7 +108,6 @@ def _link_ratio(family: Family, rho: FloatArray) -> FloatArray:
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
-    """The task, or None after the problems of its sections are noted."""
     target = sections.target
     swing = target.number("swing_angle", "deg", "40", above=0.0, below=180.0)
     time_ratio = target.number("time_ratio", "1", "1.25", least=1.0)

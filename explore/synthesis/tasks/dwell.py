@@ -106,7 +106,6 @@ class _Search:
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
-    """The task, or None after the problems of its sections are noted."""
     target = sections.target
     span = target.number("dwell_angle", "deg", "90", least=1.0, below=300.0)
     stroke = target.number("stroke", "mm", "30", above=0.0)

@@ -143,7 +143,6 @@ class _Search:
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
-    """The task, or None after the problems of its sections are noted."""
     target = sections.target
     law, table = _read_law(target, sections.folder, problems)
     turns = tuple(_read_turn(target, key, most) for key, most in (("input_angle", 360.0), ("output_angle", 180.0)))

@@ -202,7 +202,6 @@ def _fate(angles: FloatArray) -> str:
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
-    """The task, or None after the problems of its sections are noted."""
     (places, poses), bounds = _read_poses(sections, problems), sections.bounds
     angle = bounds.number("transmission_angle_min", "deg", default=20.0, least=0.0, below=90.0)
     ratio = bounds.number("size_ratio_max", "1", default=10.0, above=0.0)

@@ -30,7 +30,6 @@ _LONGEST = f"max({', '.join(LENGTHS)}, hypot({POINT}_along, {POINT}_across))"
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
-    """The task, or None after the problems of its sections are noted."""
     bounds, search = sections.bounds, sections.search
     target = read_path(sections.target, sections.folder, ("crank_angles", "angles_from"), problems)
     n_points, angles = (len(target.points), target.crank_angles) if target else (0, ())

@@ -118,7 +118,6 @@ def _candidates(
 
 
 def _read(sections: TaskSections, problems: Problems) -> Task | None:
-    """The task, or None after the problems of its sections are noted."""
     bounds = sections.bounds
     target = read_path(sections.target, sections.folder, (), problems)
     if target is not None and target.crank_angles:
