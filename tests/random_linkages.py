@@ -51,16 +51,19 @@ class Chain:
         if origin is None:
             origin = place - direction * complex(*self._draw(_PLACES))
         self.poses[link] = origin, direction
-        if self._draw(st.booleans()):  # another point, which later dyads may hang on
-            self._add(link, f"P{len(self.poses)}", origin + direction * complex(*self._draw(_PLACES)))
+        # another point, which shows how the link turns, and which later dyads may hang on
+        self._add(link, f"P{len(self.poses)}", origin + direction * complex(*self._draw(_PLACES)))
         return link
 
     def _known(self, *, new=False):
         """A point; or a new one of the frame."""
         point = self._draw(st.sampled_from([*self._points, "new"] if new else [*self._points]))
-        if point == "new":
-            point = f"G{self._count}"
-            self._add("frame", point, complex(*self._draw(_PLACES)))
+        return self._new() if point == "new" else (point, self._points[point])
+
+    def _new(self):
+        """A new point of the frame."""
+        point = f"G{self._count}"
+        self._add("frame", point, complex(*self._draw(_PLACES)))
         return point, self._points[point]
 
     def _body(self, known, without):
@@ -113,7 +116,10 @@ class Chain:
 
     def _bars(self, joint, _slot, _known):
         """RRR."""
-        (one, f), (other, g) = self._known(), self._known(new=True)
+        if self._draw(st.booleans()):
+            (one, f), (other, g) = self._known(), self._known(new=True)
+        else:
+            (one, f), (other, g) = ("A", self._points["A"]), self._new()
         assume(abs(f - g) >= 20.0)
         place = self._reach(f)
         assume(abs(place - g) >= 20.0)
@@ -162,7 +168,12 @@ class Chain:
         assume(abs(f - g) >= 20.0)
         link = self._link(g, self._direction(self._draw(_DIRECTIONS)))
         self._add(link, pivot, g)
-        along, ends = self._line(f, link)
+        if self._draw(st.booleans()):  # a slot through the pivot
+            along = (f - g) / abs(f - g) * self._draw(st.sampled_from([1, -1]))
+            beyond = (g + 30.0 * along - self.poses[link][0]) / self.poses[link][1]
+            ends = [pivot, [beyond.real, beyond.imag]]
+        else:
+            along, ends = self._line(f, link)
         cosine = ((f - g).conjugate() * along).real / abs(f - g)
         assume(abs(cosine) >= _LEAST)
         self.table["slots"][slot] = {"pin": pin, "link": link, "along": ends}

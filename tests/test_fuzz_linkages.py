@@ -1,5 +1,6 @@
 """Mutated tables of linkages: each is read, or refused with a line for each mistake, and nothing else happens."""
 
+import itertools
 import os
 import re
 import shutil
@@ -79,13 +80,14 @@ def assert_read_or_refused(file, table):
         assert find_steps(linkage.table)
 
 
-#: Commands on a finished sweep `r.h5` of `study.toml`, with what makes them quick.
+#: Commands on a sweep `r.h5` of a study, with options that make them quick; `{parameter}` is one that varies.
 COMMANDS = (
     "show r.h5", "show r.h5 --design 0", "show r.h5 --json", "rank r.h5", "rank r.h5 --nearest 3", "plot pareto r.h5",
-    "plot motion r.h5", "plot mechanism r.h5", "plot map r.h5", "plot parallel r.h5", "plot path r.h5", "report r.h5",
+    "plot motion r.h5", "plot mechanism r.h5", "plot map r.h5", "plot parallel r.h5", "report r.h5",
     "simulate study.toml", "mechanisms study.toml", "export r.h5 -o a.toml -o a.csv -o a.svg -o a.dxf",
-    "tolerance r.h5 --draws 8", "sensitivity r.h5 --evaluations 64", "certify r.h5 --json",
-    "refine r.h5 --evaluations 32", "polish r.h5", "tune r.h5", "verify r.h5", "pack r.h5",
+    "tolerance r.h5 --tolerance 0.1 --draws 8", "sensitivity r.h5 --evaluations 20000", "certify r.h5",
+    "certify r.h5 --json", "refine r.h5 --evaluations 32", "polish r.h5", "tune r.h5 --parameter {parameter}",
+    "verify r.h5", "pack r.h5",
 )  # fmt: skip
 
 
@@ -97,17 +99,18 @@ PLAUSIBLE = st.one_of(
 
 @st.composite
 def mutated_studies(draw):
-    """The study of a classic of few designs whose table is changed, and three commands on its results."""
+    """The study of a classic with few designs whose table is changed."""
     sections = tomllib.loads(linkage_starter(draw(st.sampled_from(list(linkage_starters())))))
     change(draw, sections["linkage"], KEYS, PLAUSIBLE, most=2)
     sections["sampling"] |= {"count": 16}
-    return sections, draw(st.lists(st.sampled_from(COMMANDS), min_size=3, max_size=3, unique=True))
+    return sections
 
 
-@pytest.mark.parametrize("examples", [15, pytest.param(5000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("examples", [60, pytest.param(5000, marks=pytest.mark.slow)])
 def test_every_command_on_mutated_tables_does_its_work_or_says_why_not(tmp_path, monkeypatch, examples):
+    """Three commands, in turns, on each of the tables that can be swept."""
     monkeypatch.chdir(tmp_path)
-    swept = []
+    commands, done = itertools.cycle(COMMANDS), set()
 
     # Examples of the same seed on every run; a smaller example would take minutes to find.
     @settings(
@@ -116,28 +119,31 @@ def test_every_command_on_mutated_tables_does_its_work_or_says_why_not(tmp_path,
     )  # fmt: skip
     @given(mutated_studies())
     def check(study):
-        sections, commands = study
         shutil.rmtree(tmp_path)
         tmp_path.mkdir()
         os.chdir(tmp_path)
-        Path("study.toml").write_text(text_of(sections), encoding="utf-8", errors="surrogatepass")
-        for command in ("sweep study.toml -o r.h5 -q", *commands):
-            if Path("r.h5").exists() or "study.toml" in command:
-                assert_done_or_refused(command)
-        swept.append(Path("r.h5").exists())
+        Path("study.toml").write_text(text_of(study), encoding="utf-8", errors="surrogatepass")
+        assert_done_or_refused("sweep study.toml -o r.h5 -q")
+        if Path("r.h5").exists():
+            varied = next(name for name, value in study["parameters"].items() if isinstance(value, dict))
+            for command in itertools.islice(commands, 3):
+                if assert_done_or_refused(command.format(parameter=varied)):
+                    done.add(command)
 
     check()
-    assert sum(swept) >= examples / 5
+    assert len(done) >= len(COMMANDS) * (0.3 if examples < 100 else 1.0)
 
 
 def assert_done_or_refused(command):
     """No internal error, a line that says why for each mistake where it fails, and no number that a proof refutes."""
-    code, out, err = call(*command.split())
+    code, out, err = call(*command.split(), seconds=3600)
     assert code in (0, 1, 2), (command, err)
     assert "should not have happened" not in err, (command, err)
     assert "Traceback" not in err, (command, err)
     assert '"refuted"' not in out, (command, out)
-    if code == 2 or (code == 1 and not out):  # a certificate that is open gives 1
+    is_open = code == 1 and command.startswith("certify") and out
+    if code and not is_open:
         problems = [line for line in err.splitlines() if line.startswith("error: ")]
         assert problems, (command, err)
         assert len(problems) <= 21, (command, err)
+    return code == 0 or is_open

@@ -76,6 +76,7 @@ def test_random_linkages_move_as_all_their_joints_say(examples):
             for point in set(expected) - set(chain.table["frame"]):
                 for k, word in enumerate(("", "velocity_", "acceleration_")):
                     moved = sum(largest([np.subtract(other[point][k], found[point][k])]) for other in others) / CHANGE
+                    # some tens of roundings, each of which moves a value as one of a parameter does, or of a place
                     for axis, value in zip("xy", found[point][k], strict=True):
                         difference = abs(mpf(float(row[f"{point}_{word}{axis}"])) - value)
                         assert difference <= mpf("2.2e-16") * 50 * (moved + sizes[k]), (point, word, axis)

@@ -27,7 +27,7 @@ MOST_FILES = 768
 _CHECKSUM = 32
 #: Effort of LLVM, from 0 to 3.
 _EFFORT = 2
-#: Largest number of lines that are translated with effort, whose time grows faster than they do.
+#: Largest number of lines of a text that is translated with effort: the time of longer ones grows faster than they do.
 _MOST_LINES = 3000
 
 

@@ -73,7 +73,7 @@ def declare_statuses(
             if joint in of_lines
             else (
                 f"change_point_at_{joint}",
-                f"two assemblies of {joint} meet at a crank angle, or its two centres do, as near as rounding tells",
+                f"two assemblies of {joint} meet at a crank angle, or are nearer to each other than rounding tells",
             )
         )
         statuses[blocked_at(k) + 1] = OwnStatus(label, sentence, lacks_turn=True, is_undecided=True)

@@ -33,8 +33,10 @@ _TURN = 360.0
 _MOST_POINTS = 60
 #: Largest number of links.
 _MOST_LINKS = 40
-#: Largest number of links of a table with loads, each of which costs up to 0.2 s of compilation.
-_MOST_LOADED_LINKS = 26
+#: Largest number of links, slots and slides together: all their maxima cost up to 0.1 s of CPU time each.
+_MOST_PARTS = 45
+#: Largest number of them in a table with loads, where each costs up to 0.2 s.
+_MOST_LOADED_PARTS = 26
 #: Largest number of slots.
 _MOST_SLOTS = 40
 #: Largest number of parameters.
@@ -80,13 +82,18 @@ def _read(section: object, entries: Mapping[str, Any], problems: Problems, folde
     parameters = read_parameters(
         read_part(section, "parameters", problems), coordinates, reader.curves.names, taken, problems
     )
+    parts = len(structure.links) + len(structure.slots) + len(structure.slides)
     steps = sum(len(coordinate.steps) for coordinate, _, _ in coordinates)
     if not parameters and len(problems) == before:
         problems.append(((SECTION,), 'no coordinate has a parameter; give one length a name, such as A = "crank"'))
     for count, most, what in (
         (len(parameters), _MOST_PARAMETERS, "parameters"),
         (steps, _MOST_STEPS, "numbers, names and operators in its coordinates"),
-        (len(structure.links) if loads else 0, _MOST_LOADED_LINKS, "links with loads"),
+        (
+            parts,
+            _MOST_LOADED_PARTS if loads else _MOST_PARTS,
+            f"links, slots and slides{' and loads' if loads else ''}",
+        ),
     ):
         if count > most:
             problems.append(((SECTION,), f"has {count:,} {what}; at most {most:,} are possible"))
