@@ -213,7 +213,7 @@ def space_of(study: Study, parameters: Arrays) -> DesignSpace:
     return SolvedSpace.over(table, space.solved_length) if isinstance(space, SolvedSpace) else table
 
 
-def lines_of(columns: Mapping[str, object], objectives: Sequence[Objective]) -> int:
+def count_distinct(columns: Mapping[str, object], objectives: Sequence[Objective]) -> int:
     """Number of designs with different objectives."""
     return len(np.unique([np.asarray(columns[objective.metric]) for objective in objectives], axis=1).T)
 

@@ -68,7 +68,7 @@ def refine(
 def _report(summary: Summary, plan: RefinementPlan) -> None:
     """Say how many designs were computed, and how the front grew."""
     say_computed(summary)
-    from explore.analysis.refining.plan import growth, lines_of
+    from explore.analysis.refining.plan import count_distinct, growth
     from explore.results.ranking.rankings import rank_source
     from explore.results.store.open_results import open_results
 
@@ -77,9 +77,9 @@ def _report(summary: Summary, plan: RefinementPlan) -> None:
         say(f"none of the designs is feasible; the nearest of all: explore rank {summary.path} --nearest 10", "yellow")
         return
     frame = {objective.metric: ranking.frame[objective.metric] for objective in plan.objectives}
-    n_end = lines_of(frame, plan.objectives)  # of designs alike, as at a corner of the ranges, one counts
+    n_end = count_distinct(frame, plan.objectives)  # of designs alike, as at a corner of the ranges, one counts
     if plan.has_front:
-        n_start = lines_of(plan.start, plan.objectives)
+        n_start = count_distinct(plan.start, plan.objectives)
         verb = "grew" if n_end > n_start else "went"
         text = f"the front {verb} from {count_of(n_start, 'design')} to {n_end:,}"
     else:
