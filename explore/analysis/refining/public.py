@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -157,14 +158,13 @@ def _polished(study: Study, row: pd.DataFrame, objective: Objective) -> pd.DataF
     coordinates, request = coordinates_of(study), study.request
     columns = {str(name): row[name].to_numpy() for name in row}
     choices = coordinates.choices(columns)
-    # Without constraints, because a design that breaks one is not sampled.
-    free = replace(request, metrics=request.all_metrics, constraints=())
+    needed = {objective.metric, *(constraint.metric.name for constraint in request.constraints)}
 
     def evaluate(request: Request, positions: FloatArray) -> Arrays:
         parameters = coordinates.columns(positions, np.repeat(choices, len(positions), axis=0))
         return evaluate_columns(request, space_of(study, parameters).designs(0, len(positions))).columns
 
-    def values_at(positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def values_at(free: Request, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
         found = evaluate(free, positions)
         margins = [margin(constraint, found[constraint.metric.name]) for constraint in request.constraints]
         found |= {f"{each.metric.name}_margin": own for each, own in zip(request.constraints, margins, strict=True)}
@@ -172,6 +172,13 @@ def _polished(study: Study, row: pd.DataFrame, objective: Objective) -> pd.DataF
         values = np.where(found["feasible"], objectives_to_minimise(found, [objective])[:, 0], np.nan)
         return values, np.array(margins).reshape(len(margins), len(positions)).T
 
-    position = polish_position(values_at, coordinates.positions(columns)[0])
-    polished = evaluate(request, position[None])
-    return pd.DataFrame(polished) if polished["feasible"][0] else row[list(polished)]
+    # The other metrics count only where they miss the tolerance, which few designs do.
+    few = tuple(metric for metric in request.all_metrics if metric.name in needed)
+    for metrics in dict.fromkeys((few or request.all_metrics, request.all_metrics)):
+        # Without constraints, because a design that breaks one is not sampled.
+        free = replace(request, metrics=metrics, constraints=())
+        position = polish_position(partial(values_at, free), coordinates.positions(columns)[0])
+        polished = evaluate(request, position[None])
+        if polished["feasible"][0]:
+            return pd.DataFrame(polished)
+    return row[list(polished)]
