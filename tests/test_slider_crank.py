@@ -174,8 +174,9 @@ def explore_labels():
     ],
 )
 def test_bad_input_is_one_line(setting, line):
-    settings = [word for text in ("crank=50", "rod=150", "offset=20") for word in ("--set", text)]
-    code, out, err = call("simulate", "--mechanism", "slider-crank", *settings, "--set", setting)
+    values = dict(text.split("=") for text in ("crank=50", "rod=150", "offset=20", setting))
+    settings = [word for name, value in values.items() for word in ("--set", f"{name}={value}")]
+    code, out, err = call("simulate", "--mechanism", "slider-crank", *settings)
     assert (code > 0, out, err.count("\n")) == (True, "", 1), err
     assert err.startswith(line)
 
