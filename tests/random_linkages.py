@@ -67,7 +67,7 @@ class Chain:
         return point, self._points[point]
 
     def _body(self, known, without):
-        """One of the bodies, whose own points are not those of the new dyad."""
+        """One of the known bodies that is none of some others."""
         bodies = [body for body in known if body not in without]
         assume(bodies)
         return self._draw(st.sampled_from(bodies))
