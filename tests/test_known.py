@@ -77,6 +77,10 @@ def test_the_mean_of_a_rate_over_a_turn_is_exactly_zero(rate):
     assert (frame[f"{rate}_mean"] == 0.0).all()
     assert (frame["nodes"] == 0).all()
     assert (frame["error"] == 0.0).all()
+    names = [f"{rate}_mean", "coupler_acceleration_peak"]
+    sampled = explore.evaluate("crank-rocker", crank_rockers(50), metrics=names, window="cycle")
+    assert (sampled[f"{rate}_mean"] == 0.0).all()
+    assert (sampled["nodes"] > 0).all()
 
 
 def test_the_angle_of_a_double_crank_grows_so_its_rate_is_sampled():

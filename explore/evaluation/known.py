@@ -45,12 +45,15 @@ class KnownStatistics:
 def known_metrics(request: Request) -> tuple[SampledMetric, ...]:
     """The metrics of a request that are computed without samples where their bound meets the tolerance.
 
-    They are the metrics with a constraint, because they screen, and those of windows that nothing else must sample.
+    They are the metrics with a constraint, because they screen, means that are 0, because samples have their rounding,
+    and those of windows that nothing else must sample.
     """
     known = {metric for metric in request.sampled if _is_known(request, metric)}
     sampled_windows = {metric.window for metric in request.sampled if metric not in known}
-    constrained = {constraint.metric for constraint in request.constraints}
-    return tuple(m for m in request.sampled if m in known and (m.window not in sampled_windows or m in constrained))
+    always = {constraint.metric for constraint in request.constraints} | {
+        metric for metric in known if _is_zero(request.kernel, metric)
+    }
+    return tuple(m for m in request.sampled if m in known and (m.window not in sampled_windows or m in always))
 
 
 def _is_known(request: Request, metric: SampledMetric) -> bool:

@@ -20,7 +20,7 @@ from explore.testing.derivatives import wrong_derivatives
 from explore.testing.drawing import broken_links
 from explore.testing.extremes import wrong_extremes
 from explore.testing.invariance import changes_with_the_anchor, changes_with_the_block, changes_with_units
-from explore.testing.statistics import wrong_statistics, wrong_zero_means
+from explore.testing.statistics import wrong_statistics
 from explore.testing.statuses import wrong_statuses
 from explore.testing.subject import Subject
 
@@ -28,7 +28,6 @@ _CHECKS = (
     wrong_statuses,
     wrong_derivatives,
     wrong_statistics,
-    wrong_zero_means,
     changes_with_units,
     changes_with_the_block,
     changes_with_the_anchor,

@@ -19,8 +19,6 @@ _DECISIVE = 1e-9
 _DECISIVE_SHARE = 0.8
 #: Bound of a metric in closed form, relative: rounding, which a nearly flat linkage amplifies.
 _CLOSED_FORM = 1e-10
-#: Largest mean, relative to the rms, that is 0.
-_NO_MEAN = 1e-6
 #: Full turn, rad, that a fluctuation is an integral over.
 _TURN = 2.0 * np.pi
 #: Mean, over the tolerance times the rms, below which a cv is undefined.
@@ -103,22 +101,6 @@ def wrong_statistics(subject: Subject) -> Iterator[str]:
         yield from (_sentence(subject, each, window, drive) for each in worst.values() if each.excess > 1.0)
     if not compared or decisive < _DECISIVE_SHARE * compared:
         yield f"dense sampling tells {decisive} of {compared} statistics; give other designs"
-
-
-def wrong_zero_means(subject: Subject) -> Iterator[str]:
-    """A sentence for each signal and window with a mean that is declared to be 0 and is not."""
-    mechanism = subject.mechanism
-    for signal, window in sorted(mechanism.zero_mean):
-        # with an extreme, for which the window is sampled: a mean that is declared to be 0 is not computed by itself
-        mean, rms, largest = (f"{signal}_{statistic}_{window}" for statistic in ("mean", "rms", "max"))
-        result = subject.evaluate([mean, rms, largest], window, mechanism.default_drive)
-        wrong = np.abs(result[mean]) > _NO_MEAN * result[rms]
-        if wrong.any():
-            design = int(np.flatnonzero(wrong)[0])
-            yield (
-                f"{mean} is declared to be exactly 0 and is {float(result[mean][design])!r}, "
-                f"for {subject.describe(design)}"
-            )
 
 
 def _deviations(subject: Subject, window: WindowArgument, drive: str) -> Iterator[tuple[str, _Deviation]]:
