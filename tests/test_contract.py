@@ -299,9 +299,7 @@ LOADED_DESIGNS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "check", [wrong_derivatives, wrong_statuses, changes_with_the_block, changes_with_units]
-)
+@pytest.mark.parametrize("check", [wrong_derivatives, wrong_statuses, changes_with_the_block, changes_with_units])
 def test_a_table_under_load_keeps_promises(check):
     """The joint of coupler and rocker rests at the ends of strokes, where its curvature and its status are rounding."""
     designs = {name: np.array(column) for name, column in LOADED_DESIGNS.items()}

@@ -20,6 +20,7 @@ from test_pin_friction import ROUGH
 
 import explore
 from explore.base.lanes.designs import fill_motion_of_design
+from explore.evaluation.evaluate import evaluate_columns
 from explore.figures.reporting.javascript import translate
 from explore.mechanisms.linkages import declaration, native_code
 from explore.mechanisms.registry import MECHANISMS
@@ -74,9 +75,12 @@ def test_code_is_kept_in_a_folder_of_the_user_alone(home, monkeypatch):
 def test_memory_is_bounded():
     """A service reads tables without end: mechanisms, by name, and their functions go when others were used since."""
     linkage = linkage_of(CASES["hoecken"])
-    name, fill = linkage.mechanism.name, weakref.ref(linkage.mechanism.fill)
+    name = linkage.mechanism.name
     assert name in MECHANISMS
-    del linkage
+    request = requests.make_request(linkage.mechanism, metrics=["rocker_velocity_rms"], window="cycle")
+    fill = weakref.ref(request.kernel.fill)
+    evaluate_columns(request, {key: np.array([value]) for key, value in values_of(CASES["hoecken"]).items()})
+    del linkage, request
     assert all(cached.cache_parameters()["maxsize"] <= 256 for cached in CACHES)
     forget_functions()
     assert name not in MECHANISMS

@@ -120,10 +120,15 @@ class _CompiledArgument(FunctionArgument):
         return self._address
 
 
-@cache
 def as_argument(function: Any, signature: str) -> Any:
     """A function of a mechanism as what compiled functions take."""
-    return function if isinstance(function, types.WrapperAddressProtocol) else _CompiledArgument(function, signature)
+    return function if isinstance(function, types.WrapperAddressProtocol) else _argument_of(function, signature)
+
+
+@cache
+def _argument_of(function: Any, signature: str) -> _CompiledArgument:
+    """A compiled function as an argument; those of tables are not kept, because there is no end of them."""
+    return _CompiledArgument(function, signature)
 
 
 def options(*, fast: bool, contract: bool, inlined: bool, allocates: bool) -> dict[str, Any]:

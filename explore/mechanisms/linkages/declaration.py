@@ -50,7 +50,7 @@ _WINDOWS = (
     INTERVAL,
 )
 #: Largest number of mechanisms of tables, and of kernels of them, that are kept.
-_MOST_KEPT = 256
+_MOST_KEPT = 64
 
 
 @lru_cache(_MOST_KEPT)
