@@ -116,13 +116,18 @@ def test_undefined_neighbours_end_nothing():
     assert polish(half, np.array([0.49999999]))[0] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_curved_border_of_what_is_defined_is_followed():
+@pytest.mark.parametrize("start", [(0.3, 0.3), (0.1, 0.05), (0.8, 0.1), (0.2, 0.7)])
+def test_a_curved_border_of_what_is_defined_is_followed(start):
+    calls = []
+
     def inside(positions):
         values = -positions @ (1.0, 2.0)
+        calls.append(len(positions))
         return np.where((positions**2).sum(axis=1) < 0.81, values, np.nan), np.zeros((len(positions), 0))
 
-    # Each search follows the border's tangent, and has left it by the square of its step.
-    assert inside(polish(inside, np.array([0.3, 0.3]))[None])[0][0] == pytest.approx(-0.9 * math.sqrt(5.0), rel=1e-3)
+    # Each search follows the border's tangent, has left it by the square of its step, and comes back.
+    assert inside(polish(inside, np.array(start))[None])[0][0] == pytest.approx(-0.9 * math.sqrt(5.0), rel=1e-6)
+    assert len(calls) < 10_000
 
 
 LOCKING = """\

@@ -14,8 +14,8 @@ Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 _STEP = 1e-7
 #: Ratio of the differences on both sides from which on the metric jumps.
 _JUMP = 2.0
-#: Value in place of an undefined one.
-_UNDEFINED = 1e3
+#: Slope of what stands for undefined values, over the largest of defined ones: it leads back to the best position.
+_WAY_BACK = 5.0
 #: Distance up to which a border, beyond which designs have no motion, is beside a position.
 _BESIDE = 1e-4
 #: Distance below which that of a border is measured from a position as far inside.
@@ -30,7 +30,13 @@ _DIVISIONS = 3
 #: Distances inside the constraints that the search keeps, of a step of 1: more if less ends outside by rounding.
 _INSIDE = (1e-10, 1e-8, 1e-6)
 #: Largest number of searches, each from where the one before ended.
-_MOST_SEARCHES = 4
+_MOST_SEARCHES = 8
+#: Number of positions without a better one after which a search ends.
+_MOST_FRUITLESS = 60
+
+
+class _FruitlessError(Exception):
+    """A search has found nothing better for long."""
 
 
 def polish(evaluate: Evaluate, position: FloatArray) -> FloatArray:
@@ -50,12 +56,12 @@ def polish(evaluate: Evaluate, position: FloatArray) -> FloatArray:
 
 
 class _Local:
-    """Value, margins and their derivatives at one position, scaled, from its neighbours; `best` so far."""
+    """Value, margins and their derivatives at a `place`, scaled, from its neighbours; the `best` position so far."""
 
     def __init__(self, evaluate: Evaluate, position: FloatArray, inside: float) -> None:
         self._evaluate, self._inside = evaluate, inside
         self.best, self._least = position, float(evaluate(position[None])[0][0])
-        self._at: FloatArray | None = None
+        self.place, self._fruitless = np.full_like(position, np.nan), 0
         self.value, self.margins, self.slope = self._least, np.zeros(0), np.zeros(0)
         self.margin_slopes: FloatArray = np.zeros((0, len(position)))
         self._move(position)
@@ -69,13 +75,24 @@ class _Local:
             size = max(float(np.abs(normal).max()), 1.0)
         self._start, self._normal, self._distance = position, normal / size, 1.0 / size
 
+    @property
+    def _way_back(self) -> FloatArray:
+        """Slope of the distance from the best position where the value is undefined; else 0."""
+        step = self.place - self.best
+        if np.isfinite(self.value) or not step.any():
+            return np.zeros(len(step))
+        return np.asarray(_WAY_BACK / np.linalg.norm(step) * step)
+
     def value_at(self, position: FloatArray) -> float:
         self._move(position)
-        return self.value / self._scale if np.isfinite(self.value) else _UNDEFINED
+        value = self.value if np.isfinite(self.value) else self._least
+        return value / self._scale + float(self._way_back @ (self.place - self.best))
 
     def slope_at(self, position: FloatArray) -> FloatArray:
         self._move(position)
-        return np.asarray(np.nan_to_num(self.slope / self._scale))
+        if np.isfinite(self.value):
+            return np.asarray(np.nan_to_num(self.slope / self._scale))
+        return self._way_back
 
     def margins_at(self, position: FloatArray) -> FloatArray:
         """The margins, scaled, and the distance from a border that was beside the start, less what the search keeps."""
@@ -91,9 +108,12 @@ class _Local:
     def _move(self, position: FloatArray) -> None:
         """Evaluate a position and its neighbours, unless they were evaluated last."""
         position = np.clip(position, 0.0, 1.0)
-        if self._at is not None and np.array_equal(position, self._at):
+        if np.array_equal(position, self.place):
             return
-        self._at, d = position, len(position)
+        self._fruitless += 1
+        if self._fruitless > _MOST_FRUITLESS:
+            raise _FruitlessError
+        self.place, d = position, len(position)
         steps = _STEP * np.eye(d)
         positions = np.concatenate(
             [position[None], np.clip(position + steps, 0.0, 1.0), np.clip(position - steps, 0.0, 1.0)]
@@ -126,7 +146,7 @@ class _Local:
         better = np.flatnonzero(is_feasible & (values < self._least))
         if len(better):
             row = better[values[better].argmin()]
-            self.best, self._least = positions[row], float(values[row])
+            self.best, self._least, self._fruitless = positions[row], float(values[row]), 0
         return np.asarray(is_feasible)
 
 
@@ -181,4 +201,7 @@ def _search(local: _Local, start: FloatArray) -> FloatArray:
         "constraints": [constraint],
         "options": {"ftol": 1e-15, "maxiter": 300},
     }
-    return np.asarray(minimize(local.value_at, start, method="SLSQP", **arguments).x)
+    try:
+        return np.asarray(minimize(local.value_at, start, method="SLSQP", **arguments).x)
+    except _FruitlessError:
+        return local.place
