@@ -88,8 +88,11 @@ def main() -> None:
         line = f"{name:13} {COUNT / own:10,.0f} designs/s ({ok:,} of {COUNT:,} turn), {nodes:.0f} nodes"
         if name in TWINS:
             twin, names, theirs = TWINS[name]
-            other, _ = seconds_of(twin, theirs, {names[key]: column for key, column in designs.items()})
-            line += f"; {own / other:.2f} x the time of the built-in {twin}"
+            renamed = {names[key]: column for key, column in designs.items()}
+            other, _ = seconds_of(twin, theirs, renamed)
+            velocities = [[each for each in both if "velocity" in each] for both in (signals, theirs)]
+            alone = seconds_of(linkage, velocities[0], designs)[0] / seconds_of(twin, velocities[1], renamed)[0]
+            line += f"; {own / other:.2f} x the time of the built-in {twin}, {alone:.2f} x for velocities alone"
         first, again = first_seconds(linkage, signals, values)
         print(f"{line}; first use {first:.2f} s, from the cache {again:.2f} s")
 

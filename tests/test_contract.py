@@ -331,7 +331,7 @@ def test_a_signal_about_one_anchor_only():
 def test_a_mean_that_is_not_0():
     zero_mean = CRANK_ROCKER.zero_mean | {("transmission_angle", "cycle")}
     (sentence,) = wrong_statistics(plain(CRANK_ROCKER, zero_mean=zero_mean))
-    assert sentence.startswith("transmission_angle_mean over 'cycle' is 0.0, by dense sampling ")
+    assert sentence.startswith("transmission_angle_mean_cycle over 'cycle' (drive slow) is 0.0, by dense sampling ")
 
 
 def test_a_wrong_unit():

@@ -16,7 +16,7 @@ from explore.base.compiling import CLOSE_SIGNATURE, INTEGRALS, INTEGRALS_SIGNATU
 from explore.evaluation.loop_tables import statistics_tolerance
 from explore.evaluation.positions import Position, WindowPositions
 from explore.evaluation.quadrature.bounds import ROUNDING
-from explore.evaluation.quadrature.integrals import integrate
+from explore.evaluation.quadrature.integrals import integrate, leave_open
 from explore.evaluation.remembering import remembered
 from explore.evaluation.statistics import moment_statistic, unit_factor
 from explore.evaluation.windows import interval_half_tangents, specify_window
@@ -85,7 +85,8 @@ def _is_zero(mechanism: Mechanism, metric: SampledMetric) -> bool:
 
 def _is_integrated(mechanism: Mechanism, metric: SampledMetric) -> bool:
     """Whether a statistic follows from integrals in closed form."""
-    return metric.statistic in MOMENT_STATISTICS and metric.signal.row in mechanism.integrated_rows
+    knows_window = metric.window.kind == "turn" or not mechanism.integrates_turns_alone
+    return knows_window and metric.statistic in MOMENT_STATISTICS and metric.signal.row in mechanism.integrated_rows
 
 
 def evaluate_known(
@@ -230,8 +231,9 @@ def integrate_window(
     start, stop = interval_half_tangents(mechanism, window)
     numbers = [number for number, row in enumerate(mechanism.integrated_rows) if row in rows]
     results = np.empty((len(numbers), INTEGRALS, parameters.shape[1]))
+    close = leave_open if mechanism.integrates_turns_alone else mechanism.close
     integrate(
-        as_argument(mechanism.close, CLOSE_SIGNATURE), as_argument(mechanism.integrals, INTEGRALS_SIGNATURE),
+        as_argument(close, CLOSE_SIGNATURE), as_argument(mechanism.integrals, INTEGRALS_SIGNATURE),
         parameters, mechanism.record_rows, mechanism.first_parameter, kind, start_row, stop_row, start, stop,
         len(mechanism.integrated_rows), np.array(numbers, dtype=np.int64), results,
     )  # fmt: skip

@@ -286,8 +286,8 @@ def _defaults(declaration: Declaration) -> Iterator[str]:
 #: Fields in which an extended mechanism may differ: all that its kernel fills or takes, and how that is integrated.
 _KERNEL_FIELDS = (
     "rows", "n_constants", "n_fill_constants", "phases_row", "variant_row", "signal_rows", "breaks", "quadrature",
-    "close", "fill", "disturbed_fill", "precise_close", "precise_fill", "disturbed_precise_fill",
-    "keeps_constants", "extended",
+    "integrals", "integrated_rows", "close", "fill", "disturbed_fill", "precise_close", "precise_fill",
+    "disturbed_precise_fill", "keeps_constants", "extended",
 )  # fmt: skip
 
 

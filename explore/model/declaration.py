@@ -81,6 +81,8 @@ class Declaration:
         Name of the angle of the input link, in degrees the index of a simulated motion.
     integrated_rows
         Rows of signals whose mean and variance over any window `Mechanism.integrals` gives in closed form.
+    integrates_turns_alone
+        Whether it gives them over the full turn alone, from the parameters of a record that is not closed.
     breaks
         Marks where the law of a signal changes, each forwards from the one before; that of signals under load only, and
         only by parameters that are declared to add jumps, if there are any of these.
@@ -161,6 +163,7 @@ class Declaration:
     anchor_angle: float = 0.0
     input_angle: str = "crank angle"
     integrated_rows: tuple[int, ...] = ()
+    integrates_turns_alone: bool = False
     breaks: tuple[str, ...] = ()
     senses: tuple[str, ...] = ()
     quadrature: Quadrature = field(default_factory=Adaptive)

@@ -13,6 +13,11 @@ HALF_TURN = 1e150
 _F2, _F3 = types.float64[:, ::1], types.float64[:, :, ::1]
 
 
+@compiled(CLOSE_SIGNATURE)
+def leave_open(record):
+    """Fill nothing of a record, for integrals of the parameters alone."""
+
+
 @compiled(
     types.void(
         function_type(CLOSE_SIGNATURE), function_type(INTEGRALS_SIGNATURE), _F2, types.int64, types.int64, types.int64,

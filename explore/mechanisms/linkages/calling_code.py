@@ -24,6 +24,9 @@ BOUND_MARKS = "explore_linkage_bound_marks"
 #: Symbol of `pair_marks.sharpen_marks`.
 SHARPEN = "explore_linkage_sharpen_marks"
 
+#: Symbol of `turn_moments.fill_turn_moments`.
+TURN_MOMENTS = "explore_linkage_turn_moments"
+
 
 def close_function(sizes: Sizes, blocked: Sequence[float], starts: Sequence[float], functions: Sequence[str]) -> str:
     """A function of a record, which calls `closing.close_designs` with these arguments; "" stands for no function.
@@ -66,6 +69,16 @@ def precise_close_function(plan: PairPlan, ratio_row: int) -> str:
     arguments = [(ARRAY, "%record"), ("i64", str(ratio_row)), *_arguments_of(plan)]
     text = f"define ptr @precise_close({ARRAY} %record) {{\n  %closed = call ptr @close({ARRAY} %record)\n"
     return f"{_tables(plan)}{_declaration(SHARPEN, arguments)}{text}{_call(SHARPEN, arguments)}{_RETURN}"
+
+
+def moments_function(rows: Sequence[float], lengths: Sequence[float], places: Sequence[float]) -> str:
+    """A function as `Mechanism.integrals`, which calls `turn_moments.fill_turn_moments` with these arguments."""
+    tables = {"rows": rows, "lengths": lengths, "places": places}
+    arrays = [_array_of(name, len(values)) for name, values in tables.items()]
+    arguments = [(ARRAY, "%record"), *arrays, (ARRAY, "%out")]
+    given = ", ".join(f"{ARRAY} %{name}" for name in ("record", "starts", "stops", "out"))
+    text = f"define ptr @turn_moments({given}) {{\n{_call(TURN_MOMENTS, arguments)}{_RETURN}"
+    return "".join(table(*each) for each in tables.items()) + _declaration(TURN_MOMENTS, arguments) + text
 
 
 def _arguments_of(plan: PairPlan) -> list[tuple[str, str]]:

@@ -30,6 +30,7 @@ from explore.mechanisms.linkages.signals import find_quantities
 from explore.mechanisms.linkages.statuses import declare_statuses
 from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import PREFIX, LinkageTable
+from explore.mechanisms.linkages.trace import Loop
 from explore.mechanisms.linkages.turning import ROUNDING
 from explore.model.declaration import INTERVAL_ROWS, own_row
 from explore.model.mechanism import Mechanism
@@ -123,9 +124,10 @@ def _declare(
     mover, axis = (table.output, "") if table.output else _last_mover(table)
     output, change = f"{mover}_velocity{axis}", f"{mover}_acceleration{axis}"
     rate = _rate_of(equations, output, change, links) if needs_stroke else ()
-    kernel = make_kernel(equations, outputs, links, joints, rate, squares, tells_reach=tells_reach)
     windows = (_range(*table.limits), INTERVAL) if table.limits else _WINDOWS
     turns = windows is _WINDOWS
+    loops, integrated_rows = _integrated(equations, filled, signals) if turns else ({}, ())
+    kernel = make_kernel(equations, outputs, links, joints, rate, squares, tells_reach=tells_reach, loops=loops)
     formulas = declare_formulas(table, signals, mover, axis, windows[0].name)
     defaults = [f"{output}_rms", f"{output}_peak", f"{change}_peak"]
     if any(formula.name == "transmission_angle_min" for formula in formulas):
@@ -154,6 +156,9 @@ def _declare(
         takes_interval=True,
         rows=_record_rows(kernel, parameter_names(table), "" if turns else "_"),
         signal_rows=len(outputs),
+        integrals=kernel.turn_moments,
+        integrated_rows=integrated_rows,
+        integrates_turns_alone=turns,
         close=kernel.close,
         fill=kernel.fill,
         disturbed_fill=kernel.disturbed_fill,
@@ -176,6 +181,22 @@ def _declare(
         table=table,
         **(_of_a_turn(table, signals, change) if turns else {"metrics": (), "zero_mean": frozenset()}),
     )
+
+
+def _integrated(
+    equations: Equations, filled: Sequence[Quantity], signals: Sequence[Signal]
+) -> tuple[dict[Loop, list[int]], tuple[int, ...]]:
+    """Loops with the places of their links among signals whose moments over the turn are known, and these rows."""
+    names, row_of = {each.signal.name for each in filled}, {signal.name: signal.row for signal in signals}
+    loops: dict[Loop, list[int]] = {}
+    rows: list[int] = []
+    for loop in equations.loops:
+        velocities = [f"{link}_velocity" for link in loop.links]
+        found = [name for name in velocities if name in names]
+        if found:
+            loops[loop] = [len(rows) + found.index(name) if name in names else -1 for name in velocities]
+            rows += [row_of[name] for name in found]
+    return loops, tuple(rows)
 
 
 def _of_a_turn(table: LinkageTable, signals: tuple[Signal, ...], change: str) -> dict[str, Any]:

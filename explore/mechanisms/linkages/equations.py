@@ -33,7 +33,7 @@ from explore.mechanisms.linkages.steps import (
     TranslateLink,
 )
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slot, carrier
-from explore.mechanisms.linkages.trace import Factor, Trace, local_of
+from explore.mechanisms.linkages.trace import Factor, Loop, Trace, length_of, local_of
 from explore.mechanisms.linkages.turning_rates import turn_in_slot, turn_sides, turned
 from explore.mechanisms.linkages.vectors import Vector, cross, dot, larger, length, minus, unit
 
@@ -191,6 +191,11 @@ class Equations(Trace):
             # Above 0, so that a design at its change point has a condition.
             product = self.graph.put("max", (p.terms[0] * q.terms[0]).index, (_LEAST_SQUARE * (both * both)).index)
             own = inherited * (1.0 + 0.25 * cancelled * both / product)
+            (coupler, link), (rocker, other) = [(r, first.link), (s, second.link)][:: int(known[1])]
+            numbers = (own_distance.crank, coupler.terms[0], rocker.terms[0], own_distance.ground)
+            lengths = tuple(filter(None, map(length_of, numbers)))
+            if r.is_still and s.is_still and len(lengths) == len(numbers):
+                self.loops.append(Loop(lengths, (link, other)))
         else:
             square = dot(d, d)
             p, q = square - (r - s) * (r - s), (r + s) * (r + s) - square

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
-from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, address_of
+from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, INTEGRALS_SIGNATURE, address_of
 from explore.mechanisms.linkages import calling_code, page_code, statuses, vector_code
 from explore.mechanisms.linkages.closing import CLOSING_SIGNATURE, Sizes, close_designs
 from explore.mechanisms.linkages.equations import Equations
@@ -26,6 +26,8 @@ from explore.mechanisms.linkages.pair_operations import PAIRS_SIGNATURE, fill_pa
 from explore.mechanisms.linkages.pair_programs import knows_pairs, plan_pairs
 from explore.mechanisms.linkages.programs import Program, Rows
 from explore.mechanisms.linkages.table import LinkageTable
+from explore.mechanisms.linkages.trace import Loop
+from explore.mechanisms.linkages.turn_moments import TURN_MOMENTS_SIGNATURE, fill_turn_moments
 from explore.mechanisms.targets.path_errors.curve import CURVE_SIGNATURE
 
 
@@ -39,6 +41,8 @@ class Kernel:
         As `explore.model.mechanism.Mechanism` says.
     curve
         What `fill` gives of one design at one angle, from its constants; see `explore.mechanisms.targets`.
+    turn_moments
+        As `explore.model.mechanism.Mechanism.integrals`, over the turn.
     n_constants
         Constants of a design that `fill` reads; `close` computes more than it keeps.
     closes_quickly
@@ -54,6 +58,7 @@ class Kernel:
     precise_fill: NativeFunction | None
     disturbed_precise_fill: NativeFunction | None
     curve: NativeFunction
+    turn_moments: NativeFunction | None
     n_constants: int
     closes_quickly: bool
     knows_places: bool
@@ -68,13 +73,14 @@ def make_kernel(
     squares: Sequence[Series],
     *,
     tells_reach: bool,
+    loops: Mapping[Loop, Sequence[int]] | None = None,
 ) -> Kernel:
     """Make the functions that fill rows of signals, the `outputs`; they are translated when they are needed.
 
     `links` are those whose angles are among them, in the order of their references, `joints` in that of their statuses,
     and `squares` those of distances that signals divide by, beside those of the equations. The `rate` of the output,
     with slope and size, is given where its reversals are asked for; `tells_reach` where the intervals are at which a
-    design assembles that does not turn.
+    design assembles that does not turn. Of `loops` the moments over the turn are asked for, at the given places.
     """
     rows = Rows(equations.graph, links, groups=len(equations.groups))
     rows.add(outputs)
@@ -113,7 +119,7 @@ def make_kernel(
         _close_precisely(closing) if is_exact and rate else None,
         _pairs_function("precise_fill", whole) if is_exact else None,
         _pairs_function("disturbed_precise_fill", whole, is_disturbed=True) if is_exact else None,
-        curve, status,
+        curve, _moments_function(loops, parameters) if loops else None, status,
         closes_quickly=bool(sizes.is_harmonic) and not (sizes.links or sizes.groups or sizes.has_strokes),
         knows_places=bool(sizes.is_harmonic and sizes.has_strokes),
     )  # fmt: skip
@@ -228,6 +234,18 @@ def _pairs_function(name: str, program: Program, *, is_disturbed: bool = False) 
     )
 
 
+def _moments_function(loops: Mapping[Loop, Sequence[int]], parameters: Mapping[str, int]) -> NativeFunction:
+    rows = [float(parameters.get(name, -1)) for loop in loops for name, _ in loop.lengths]
+    lengths = [value for loop in loops for _, value in loop.lengths]
+    places = [float(place) for of_links in loops.values() for place in of_links]
+    return NativeFunction(
+        "turn_moments",
+        INTEGRALS_SIGNATURE,
+        lambda: calling_code.moments_function(rows, lengths, places),
+        _addresses,
+    )
+
+
 def _addresses(text: str) -> dict[str, int]:
     """The addresses of those functions of the package that a text calls."""
     functions = {
@@ -237,5 +255,6 @@ def _addresses(text: str) -> dict[str, int]:
         calling_code.FILL_PAIRS: (fill_pairs, PAIRS_SIGNATURE),
         calling_code.BOUND_MARKS: (bound_marks, BOUND_MARKS_SIGNATURE),
         calling_code.SHARPEN: (sharpen_marks, MARKS_SIGNATURE),
+        calling_code.TURN_MOMENTS: (fill_turn_moments, TURN_MOMENTS_SIGNATURE),
     }
     return {name: address_of(*each) for name, each in functions.items() if f"call ptr @{name}(" in text}

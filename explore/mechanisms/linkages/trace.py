@@ -6,7 +6,7 @@ from functools import reduce
 from explore.mechanisms.linkages.coordinate import Place
 from explore.mechanisms.linkages.driver_distance import DriverDistance, Input, find_distance, find_margins
 from explore.mechanisms.linkages.expressions import read_expression
-from explore.mechanisms.linkages.graph import Graph, Number, Series
+from explore.mechanisms.linkages.graph import Graph, Number, Series, operands
 from explore.mechanisms.linkages.steps import SlideLine
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slide, Slot
 from explore.mechanisms.linkages.vectors import Local, Vector, cross, dot, larger, minus, unit
@@ -37,6 +37,22 @@ class Factor:
     of_lines: bool = False
 
 
+@dataclass(frozen=True)
+class Loop:
+    """Four bars that close a loop, of which the driver is one, with lengths that do not change, and two of their links.
+
+    Attributes
+    ----------
+    lengths
+        Crank, coupler, rocker and ground, each the name of a parameter, or "" and a value.
+    links
+        The coupler and the rocker.
+    """
+
+    lengths: tuple[tuple[str, float], ...]
+    links: tuple[str, str]
+
+
 @dataclass
 class Trace:
     """What is known of a linkage while its steps are taken.
@@ -58,6 +74,8 @@ class Trace:
         Squares of distances that are divided by, and so must not vanish, at complex angles either.
     groups
         For each group of links what `following` takes of it.
+    loops
+        Loops of four bars.
     size
         Sum of the distances of all points of bodies from the first of each, mm.
     """
@@ -71,6 +89,7 @@ class Trace:
     factors: list[Factor] = field(default_factory=list)
     squares: list[Series] = field(default_factory=list)
     groups: list[tuple[Number, ...]] = field(default_factory=list)
+    loops: list[Loop] = field(default_factory=list)
     size: Number = field(init=False)
 
     def __post_init__(self) -> None:
@@ -264,3 +283,12 @@ class Trace:
 def local_of(vector: Vector) -> Local:
     """A vector of a body that does not depend on the input angle."""
     return vector[0].terms[0], vector[1].terms[0]
+
+
+def length_of(number: Number) -> tuple[str, float] | None:
+    """Name of the parameter that is a length but for its sign, or "" and the value of a constant; None of others."""
+    while number.node[0] in ("abs", "neg"):
+        number = Number(number.graph, operands(number.node)[0])
+    if number.value is not None:
+        return "", abs(number.value)
+    return (str(number.node[1]), 0.0) if number.node[0] == "input" else None
