@@ -121,6 +121,23 @@ def test_points_of_a_file_are_sent_with_the_text(served, tmp_path):
     assert "drawn.toml:13: target.file: " in run("submit", "drawn.toml", *at, cwd=tmp_path, code=2).stderr
 
 
+def test_points_of_a_curve_in_braces_are_sent_with_the_text(served, tmp_path):
+    at = ("--server", served.url, "--token-file", str(served.folder / "token"))
+    (tmp_path / "pull.csv").write_text("place,value\n0,-800\n250.5,-900\n360,-800\n")
+    curve = 'pull = { over = "crank_angle", file = "pull.csv" }'
+    run("init", "pump.toml", "--linkage", "pump-jack", cwd=tmp_path)
+    text = (tmp_path / "pump.toml").read_text().replace('"-pull"', '"pull"').replace("pull = 800 ", "#")
+    text = text.replace("# Lengths are", f"[linkage.loads.curves]\n{curve}\n# Lengths are")
+    (tmp_path / "pump.toml").write_text(text)
+    run("submit", "pump.toml", *at, "--priority", "9", cwd=tmp_path)
+    run("jobs", "pump", *at, "--cancel", cwd=tmp_path)
+    with served.client() as client:
+        sent = tomllib.loads(client.get("/api/jobs/pump/study").text)
+    assert sent["linkage"]["loads"]["curves"] == {
+        "pull": {"over": "crank_angle", "points": [[0.0, -800.0], [250.5, -900.0], [360.0, -800.0]]}
+    }
+
+
 @pytest.mark.parametrize(
     ("target", "rows", "key"),
     [

@@ -18,8 +18,8 @@ from explore.cli.output import count_of, print_json, say
 if TYPE_CHECKING:
     from explore.service.client import JobHandle, Service
 
-#: Pattern of a line that may name a file of points or of a linkage.
-_NAMES_A_FILE = re.compile(r"^\s*(?:file\s*=|linkage\s*=\s*[\"'])", re.MULTILINE)
+#: Pattern of a line that may name a file of points or of a linkage, also in a table in braces.
+_NAMES_A_FILE = re.compile(r"^(?:[^#\n]*\bfile[\"']?\s*=|\s*linkage\s*=\s*[\"'])", re.MULTILINE)
 
 
 def submit(
