@@ -5,7 +5,7 @@ import os
 import numpy as np
 import pytest
 from served import Served, build_index, serving, submit_and_wait
-from studies import FEW
+from studies import FEW, crank_rockers
 
 from explore.service.results_views import open_shown
 
@@ -122,6 +122,18 @@ def test_density_counts_within_a_window(indexed, frame):
         expected = np.histogram2d(chosen["cv"], chosen["crank"], bins=(9, 16), range=window)[0]
         assert np.array_equal(np.reshape(told[key], (9, 16)), expected)
     assert told["shown"] == sum(told["counts"])
+
+
+def test_the_ends_of_a_column_as_they_are_told_hold_all_of_its_designs(client):
+    """Whichever way their last digits are rounded: a page that compares results asks for them."""
+    drawn = crank_rockers((80, 110), (900, 1100))
+    drawn += '[sampling]\nmethod = "random"\ncount = 50\n[units]\nlength = "in"\n'
+    submit_and_wait(client, "drawn", drawn)
+    build_index(client, "drawn")
+    told = client.get("/api/results/drawn/browsing").json()["columns"]
+    ends = {f"{axis}_{end}": c[end] for axis, c in zip("xy", told, strict=False) for end in ("low", "high")}
+    query = {"x": told[0]["name"], "y": told[1]["name"], **ends}
+    assert client.get("/api/results/drawn/density", params=query).json()["shown"] == 50
 
 
 def test_points_are_sent_if_they_are_few(indexed, frame):

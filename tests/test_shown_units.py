@@ -104,6 +104,20 @@ def test_decimal_inches_are_shown_as_they_were_written():
     assert [f"{scale.show(scale.read(text)):.15g}" for text in written] == written
 
 
+@pytest.mark.parametrize(
+    ("chosen", "declared"),
+    [({"length": "in"}, "mm"), ({"angle": "rad"}, "deg"), ({"speed": "rpm"}, "rad/s"), ({"force": "lbf"}, "N")],
+)
+def test_declared_decimals_come_back_from_how_they_are_shown(chosen, declared):
+    """So that what is copied from JSON means the designs that it was copied from."""
+    scale = read_shown_units(chosen).scale(declared)
+    values = [k / 100 for k in range(1, 10_000)]
+    shown = [repr(scale.show(value)) for value in values]
+    assert [scale.read(text) for text in shown] == values
+    assert [scale.read(f"{text} {scale.shown}") for text in shown] == values
+    assert scale.read(f"60.00000000000001 {declared}") == 60.00000000000001  # as it is written
+
+
 def test_values_that_are_no_numbers_stay_so():
     values = np.array([np.nan, np.inf, -np.inf, 0.0])
     for unit in ("mm", "rad/s"):

@@ -181,12 +181,12 @@ def _range(browsed: Browsed, name: str, low: float | None, high: float | None, b
     """Bins of a column between two ends in the shown unit."""
     column = _column(browsed, name)
     whole, scale = whole_range(column, bins), browsed.results.scales[name]
-    own = Range(
-        name,
-        whole.low if low is None else scale.read(repr(low)),
-        whole.high if high is None else scale.read(repr(high)),
-        bins,
+    # An end of the column as it is shown is that end: read, it may be a rounding error beside its designs.
+    first, last = (
+        end if given is None or given == scale.show(end) else scale.read(repr(given))
+        for given, end in ((low, whole.low), (high, whole.high))
     )
+    own = Range(name, first, last, bins)
     if own.low > own.high:
         raise RequestError(f"{name}: the window begins at {scale.show(own.low):g}, which is after its end")
     return own

@@ -94,14 +94,21 @@ class Scale:
         return _shorten(np.asarray(values * top / bottom))
 
     def read(self, text: str) -> float:
-        """The declared value of a text, a number in the shown unit or with a unit; an error has the reason alone."""
-        if not _NUMBER.fullmatch(text.strip()):
-            return quantity(text, self.declared)
+        """The declared value of a text, a number in the shown unit or with a unit; an error has the reason alone.
+
+        What `show` writes for a number of ten digits is read as that number, as 2.3622047244094486 in for 60 mm.
+        """
+        text = text.strip()
+        written = _NUMBER.match(text)
+        if written is None or written[0] != text:
+            number = quantity(text, self.declared)
+            is_as_written = written is not None and number == float(written[0])
+            return number if is_as_written else float(_shorten(np.asarray(number)))
         number = float(text)
         try:
             # The fraction of a number such as 1e-999999999, which is 0 here, or of 1e999999999 would fill the memory.
             if self.factor != 1 and number != 0.0 and math.isfinite(number):
-                number = float(Fraction(text.strip()) / self.factor)
+                number = float(_shorten(np.asarray(float(Fraction(text) / self.factor))))
         except OverflowError:
             number = math.inf
         if not math.isfinite(number):
