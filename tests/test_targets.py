@@ -235,6 +235,8 @@ def test_hausdorff_and_chamfer(closed):
     chamfer = 0.5 * (np.average(there, weights=sides) + np.average(back, weights=lengths))
     # 256 places of each, about 0.8 mm apart: the largest distance is seen to half of that along a slope
     assert found["path_error_hausdorff"][0] == pytest.approx(max(there.max(), back.max()), abs=0.2)
+    corner = cKDTree(traced).query(path)[0].max()  # which is seen exactly, here between samples
+    assert found["path_error_hausdorff"][0] > 0.999 * corner
     assert found["path_error_chamfer"][0] == pytest.approx(chamfer, rel=0.01)
 
 

@@ -2,7 +2,8 @@
 
 Both are lines of chords: the curve between the crank angles of the first and the last point, or the whole turn for a
 closed path, and the polygon, each of whose sides is divided. Of each chord's middle the distance to the nearest chord
-of the other line counts, in means by the chord's length.
+of the other line counts, in means by the chord's length. The largest is often that of a corner of the path or of an end
+of the curve, which count in it, too.
 """
 
 import math
@@ -48,18 +49,25 @@ def _divide_polygon(points, is_closed, corners):
 
 
 @subroutine(fast=True)
+def _squared_distance(x, y, line, count):
+    """The squared distance of a place from a line of chords."""
+    least = math.inf
+    for k in range(count):
+        ex, ey = x - line[k, 0], y - line[k, 1]
+        tx, ty = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
+        part = min(max((ex * tx + ey * ty) / (tx * tx + ty * ty + _TINY), 0.0), 1.0)
+        dx, dy = ex - part * tx, ey - part * ty
+        least = min(least, dx * dx + dy * dy)
+    return least
+
+
+@subroutine(fast=True)
 def _distances(line, count, other, other_count, result):
     """Fill the largest and the mean distance of the middles of a line's chords from another line."""
     largest, total, length = 0.0, 0.0, 0.0
     for i in range(count):
         x, y = 0.5 * (line[i, 0] + line[i + 1, 0]), 0.5 * (line[i, 1] + line[i + 1, 1])
-        least = math.inf
-        for k in range(other_count):
-            ex, ey = x - other[k, 0], y - other[k, 1]
-            tx, ty = other[k + 1, 0] - other[k, 0], other[k + 1, 1] - other[k, 1]
-            part = min(max((ex * tx + ey * ty) / (tx * tx + ty * ty + _TINY), 0.0), 1.0)
-            dx, dy = ex - part * tx, ey - part * ty
-            least = min(least, dx * dx + dy * dy)
+        least = _squared_distance(x, y, other, other_count)
         own = math.hypot(line[i + 1, 0] - line[i, 0], line[i + 1, 1] - line[i, 1])
         largest, total, length = max(largest, least), total + own * math.sqrt(least), length + own
     result[HAUSDORFF], result[CHAMFER] = math.sqrt(largest), total / (length + _TINY)
@@ -89,5 +97,10 @@ def measure_shapes(curve, designs, points, is_closed, angles, shapes):
             traced[i, 0], traced[i, 1] = out[0], out[1]
         _distances(polygon, count, traced, N_PARTS, there)
         _distances(traced, N_PARTS, polygon, count, back)
-        shapes[k, HAUSDORFF] = max(there[HAUSDORFF], back[HAUSDORFF])
+        largest = 0.0
+        for i in range(m):
+            largest = max(largest, _squared_distance(placed[i, 0], placed[i, 1], traced, N_PARTS))
+        for i in range(0, N_PARTS + 1, N_PARTS):
+            largest = max(largest, _squared_distance(traced[i, 0], traced[i, 1], polygon, count))
+        shapes[k, HAUSDORFF] = max(math.sqrt(largest), there[HAUSDORFF], back[HAUSDORFF])
         shapes[k, CHAMFER] = 0.5 * (there[CHAMFER] + back[CHAMFER])
