@@ -288,3 +288,18 @@ def test_a_request_for_ratios_computes_no_pitch_curves():
             assert list(written) == sorted(ratios)
         elif signal.needs != columns.PITCH_CURVES:
             assert not set(written) & set(range(columns.DRIVER_RADIUS, columns.DRIVEN_TERMS + 1))
+
+
+def test_the_driven_angle_has_no_statistics_across_its_new_beginning():
+    """Where it jumps by a turn; up to there, from there and over windows between it grows."""
+    design, metric = {"growth": 2.0, "sector": 3.5, "centre_distance": 150.0}, "driven_angle_peak_to_peak"
+
+    def travel(window):
+        return explore.evaluate("gears", design, metrics=[metric], window=window)[metric][0]
+
+    for start, stop in ((-40, 1), (359, 361), (700, 730), (-370, -340)):
+        with pytest.raises(explore.RequestError, match="driven_angle begins again at whole turns of the driver angle"):
+            travel({"from": start, "to": stop})
+    parts = travel({"from": -40, "to": 0}) + travel({"from": 360, "to": 410}) + travel({"from": 50, "to": 320})
+    assert parts == pytest.approx(360.0, rel=1e-14)
+    assert travel("cycle") == pytest.approx(travel("working") + travel("return"), rel=1e-14)

@@ -162,6 +162,9 @@ class Signal(Quantity):
         Name of the point of the floating link that it is a signal of; empty for the signals of all designs.
     has_fluctuation
         Whether it has the statistic `FLUCTUATION`, as a torque, of which this is the energy that a flywheel stores.
+    starts_anew
+        Whether it grows over a turn of the input and begins again at input angle 0: an interval across that has none of
+        its statistics.
     """
 
     row: int
@@ -186,6 +189,7 @@ class Signal(Quantity):
     extremes_at: tuple[str, ...] = ()
     point: str = ""
     has_fluctuation: bool = False
+    starts_anew: bool = False
 
     @property
     def statistics(self) -> tuple[str, ...]:

@@ -47,6 +47,11 @@ class Window:
         """Length of an interval, deg, exact."""
         return self.stop - self.start
 
+    @property
+    def is_across_turns(self) -> bool:
+        """Whether a whole turn from input angle 0 lies within an interval, not at its ends."""
+        return any(self.start < turn < self.stop for turn in (0, _TURN))
+
     def turns_into(self, first: Fraction | float, last: Fraction | float) -> int | None:
         """Whole turns, deg, that bring input angles into this interval, but for their rounding; None if none do."""
         for turn in (0, -_TURN, _TURN):

@@ -59,7 +59,7 @@ _SIGNALS = (
     Signal("speed_ratio_rate", "1", "acceleration of gear 2 over the squared velocity of gear 1",
            columns.SPEED_RATIO_RATE, columns.RATIOS, derivative_of="speed_ratio"),
     Signal("driven_angle", "deg", "angle of gear 2, from 0 at the start of the working sector", columns.DRIVEN_ANGLE,
-           columns.ANGLES),
+           columns.ANGLES, starts_anew=True),
     Signal("driver_radius", "mm", "pitch radius of gear 1", columns.DRIVER_RADIUS, columns.PITCH_CURVES,
            relative_to="centre_distance"),
     Signal("driven_radius", "mm", "pitch radius of gear 2", columns.DRIVEN_RADIUS, columns.PITCH_CURVES,

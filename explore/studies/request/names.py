@@ -259,9 +259,14 @@ def _parse(mechanism: Mechanism, name: str, window: Window) -> tuple[Signal, str
 
 
 def _check_window(mechanism: Mechanism, signal: Signal, statistic: str, window: Window) -> None:
-    """Raise for a signal in a window where it does not exist, and for a fluctuation over less than a turn."""
+    """Raise for a signal in a window where it does not exist or jumps, and for a fluctuation over less than a turn."""
     if statistic == FLUCTUATION and window.kind != "turn":
         raise RequestError(f"a {FLUCTUATION} is that of a full turn; use {signal.name}_{statistic}_cycle")
+    if signal.starts_anew and window.is_across_turns:
+        whole = f"whole turns of the {mechanism.input_angle}"
+        raise RequestError(
+            f"{signal.name} begins again at {whole}, one of which is within the interval; divide it there"
+        )
     signals_in_window = [other.name for other in mechanism.signals if window.name in other.only_in]
     if signal.only_in and window.name not in signal.only_in:
         only = signal.only_in[0]
