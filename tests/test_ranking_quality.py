@@ -21,6 +21,7 @@ from explore.results.ranking.quality import (
     is_knee,
     scale_to_unit_range,
 )
+from explore.results.ranking.spreading import spread_rows
 
 
 @st.composite
@@ -148,3 +149,16 @@ def test_objectives_may_be_as_large_or_as_close_as_doubles_are(extreme):
 
     assert ranked["knee"].tolist() == [False, True, False]
     assert np.isfinite(ranked["hypervolume_share"]).all()
+
+
+def test_few_rows_of_a_front_are_even_parts_of_it_and_the_next_front_fills_up():
+    places = np.random.default_rng(3).permutation(np.linspace(0, 1, 101))
+    front = np.column_stack([places, 1 - places])
+    assert sorted(places[spread_rows(front, 5)]) == pytest.approx([0, 0.25, 0.5, 0.75, 1])
+    ends = sorted([101 + int(places.argmin()), 101 + int(places.argmax())])
+    assert sorted(spread_rows(np.vstack([front, front + 1]), 103)) == [*range(101), *ends]
+
+
+def test_no_row_is_taken_twice_where_rows_are_equal():
+    values = np.array([[0.0, 1.0], [0.0, 1.0], [1.0, 0.0], [0.5, 0.5], [1.0, 0.0]])
+    assert [len(set(spread_rows(values, count))) for count in range(1, 7)] == [1, 2, 3, 4, 5, 5]

@@ -39,6 +39,7 @@ def _evenly(values: FloatArray, count: int) -> Rows:
     chosen = list(dict.fromkeys(points.argmin(axis=0).tolist()))[:count]
     distances = np.min([np.abs(points - points[row]).max(axis=1) for row in chosen], axis=0)
     while len(chosen) < count:
+        distances[chosen] = -1.0  # equal rows are at distance 0, as a row is from itself
         chosen.append(int(distances.argmax()))
         distances = np.minimum(distances, np.abs(points - points[chosen[-1]]).max(axis=1))
     return np.array(chosen, dtype=np.int64)
