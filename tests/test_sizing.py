@@ -112,6 +112,24 @@ def test_factors_of_the_endurance_limit():
     assert below == pytest.approx(above, rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("surface", "factor", "exponent"),
+    [("ground", 1.34, -0.085), ("machined", 2.70, -0.265), ("hot-rolled", 14.4, -0.718), ("forged", 39.9, -0.995)],
+)
+def test_surface_factors_are_those_of_strengths_in_kpsi(surface, factor, exponent):
+    """Table 6-2 has the factors for kpsi too: both are rounded to three digits."""
+    strength, kpsi = 250.0, 6.894757
+    expected = min(factor * strength**exponent, 1.0)
+    assert sizing.surface_factor(strength * kpsi, surface) == pytest.approx(expected, rel=4e-3)
+
+
+def test_the_load_factors_of_torsion_and_bending():
+    """Shear yields at 1/sqrt(3) of the stress by the distortion energy, which the fitted 0.59 rounds up."""
+    bending, torsion = (sizing.endurance_limit(600.0, "machined", load) for load in ("bending", "torsion"))
+    close(bending, 300.0 * sizing.surface_factor(600.0, "machined"))
+    assert torsion / bending == pytest.approx(3**-0.5, rel=0.025)
+
+
 @given(st.floats(1.0, 500.0), st.floats(-500.0, 500.0), st.floats(1.0, 5.0))
 def test_fatigue_factor_is_where_the_load_line_leaves_the_safe_region(amplitude, mean, notch):
     """Stretch the point (mean, amplitude) until it touches Goodman's or the yield line of the Haigh diagram."""

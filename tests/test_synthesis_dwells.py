@@ -260,6 +260,13 @@ def test_the_slider_is_drawn_with_its_dwell(results, tmp_path):
     assert '<img alt="Slider and its dwell of design 0"' in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 
+def test_fewer_optima_than_wanted_are_numbered_from_1(tmp_path, monkeypatch):
+    centre = complex(fit_circles(arc(19)[None])[0])
+    found = measure_slider(EXAMPLE, START, np.pi / 2, DIRECTION, abs(arc(2)[0] - centre), centre)
+    monkeypatch.setattr("explore.synthesis.tasks.dwell.find_dwells", lambda task, count: [found] * (count - 3))
+    assert synthesize_text(tmp_path, task_starter("dwell")).to_pandas()["solution"].tolist() == [1, 2]
+
+
 def test_what_comes_nearest_names_what_it_misses(tmp_path):
     text = (
         'task = "dwell"\ntarget = { dwell_angle = 180, stroke = 80 }\nsearch = { count = 1 }\n'
