@@ -10,7 +10,7 @@ from command_line import run
 from linkage_cases import FOUR_BAR
 
 import explore
-from explore.base.errors import MotionError, RequestError
+from explore.base.errors import ConfigError, MotionError, RequestError
 from explore.figures.charts.mechanism import mechanism_chart
 from explore.figures.charts.motion import motion_chart
 from explore.studies.linkages.content import content_of
@@ -118,6 +118,23 @@ def test_a_range_is_in_the_table_and_what_it_is_written_as():
     assert explore.Linkage(content_of(table)).table == table
     assert table.digest != explore.Linkage(FOUR_BAR).table.digest
     assert explore.Linkage(LIMITED | {"range": ["-50 deg", "1.5 rad"]}).table.limits == (-50.0, np.rad2deg(1.5))
+
+
+@pytest.mark.parametrize(
+    ("ends", "reason"),
+    [
+        ([0], "must be the first and the last crank angle, such as [-50, 50], got [0]"),
+        (5, "must be the first and the last crank angle, such as [-50, 50], got 5"),
+        (["x", 1], "'x' is not a number with a unit"),
+        (["50 deg", -50], "the first crank angle, 50, must be below the last, -50"),
+        ([0, 360], "spans 360 deg; leave it out for a driver that turns fully"),
+        ([-400, -300], "begins a turn or more from 0; write [320, 420]"),
+    ],
+)
+def test_a_range_that_is_none_has_a_line(ends, reason):
+    with pytest.raises(ConfigError) as caught:
+        explore.Linkage(FOUR_BAR | {"range": ends})
+    assert [line.startswith(f"linkage.range: {reason}") for line in caught.value.problems] == [True]
 
 
 def test_results_of_before_there_were_ranges_are_of_the_same_mechanism():

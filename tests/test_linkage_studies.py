@@ -245,6 +245,15 @@ def test_mistakes_of_studies(folder):
     assert len(problems_of(naming)) == 1
 
 
+@pytest.mark.parametrize("pair", ["[123]", "[1, 2, 3]", "5"])
+def test_what_is_no_pair_has_a_line(folder, pair):
+    text = TABLE.replace("B = [123, 10]", f"B = {pair}\n\n[linkage.loads]\ngravity = {pair}")
+    (folder / "slider.toml").write_text(text)
+    found = problems_of(folder / "naming.toml")
+    for number, key in ((17, "sketch.B"), (20, "loads.gravity")):
+        assert f"slider.toml:{number}: linkage.{key}: must be a pair [x, y], got {pair}" in found
+
+
 def test_a_file_with_values_draws_its_sketch_for_them(folder):
     """The study may sweep other values than those that the sketch was drawn for."""
     (folder / "slider.toml").write_text(f"{TABLE}\n[parameters]\nr = 30\nl = 100\ne = 10\n")

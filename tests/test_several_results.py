@@ -11,6 +11,8 @@ from studies import sweep_text
 import explore
 from explore.base.errors import RequestError
 from explore.charts import joint_pareto_chart
+from explore.figures.reporting.joint import collect_joint_contents
+from explore.figures.reporting.packing import ColumnPacker
 
 STUDY = """mechanism = "crank-rocker"
 [parameters]
@@ -126,6 +128,26 @@ def test_more_results_than_colours_are_refused(paths, folder):
         copies[-1].write_bytes(paths[0].read_bytes())
     with pytest.raises(RequestError, match="7 results has no colours to tell them apart; name 6"):
         joint_pareto_chart(copies)
+
+
+def test_a_column_in_two_units_is_on_no_page(folder):
+    formulas = {"in_mm": ("crank + coupler", "mm"), "bare": ("crank / coupler", "1")}
+    for name, (formula, unit) in formulas.items():
+        text = f'{STUDY.format(start=80)}[metrics]\nsize = {{ formula = "{formula}", unit = "{unit}" }}\n'
+        sweep_text(folder, text, name)
+    output = run("report", "in_mm.h5", "bare.h5", cwd=folder, code=2)
+    assert output.stderr.endswith("size is in mm in in_mm.h5 and 1 in bare.h5, so they cannot be on one page\n")
+
+
+def test_the_page_of_several_results_begins_with_the_best_design(paths, monkeypatch):
+    """Whichever file it is in."""
+    monkeypatch.setattr(ColumnPacker, "add", lambda self, values: values)
+    for order in (paths, paths[::-1]):
+        best = explore.rank(order)
+        sources = {str(path): explore.open_results(path) for path in order}
+        study = collect_joint_contents(sources, None, "", lambda _: None).study
+        assert study["designs"][study["chosen"]] == best.index[0]
+        assert str(order[study["columns"][0]["packed"][study["chosen"]]]) == best["results"].iloc[0]
 
 
 def test_the_page_of_several_results_moves_the_mechanism_as_that_of_one(paths, tmp_path):
