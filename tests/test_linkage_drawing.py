@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 import explore
+from explore.mechanisms.linkages.drawing import draw_linkage
+from explore.studies.config.study_file import linkage_starter
 
 #: A press whose pivots are not at the origin, with a point that draws a curve. Of the distances of its pivots none is a
 #: parameter: C is 20 mm to the right of E and `rise` higher, O 2 `base` to the left of C.
@@ -140,3 +142,10 @@ def test_a_pin_of_the_frame_that_a_link_slides_over_is_drawn_as_a_pivot(slanted)
     centres = {(round(each.dxf.center.x, 6), round(each.dxf.center.y, 6))
                for each in slanted.query('CIRCLE[layer=="pivots"]')}  # fmt: skip
     assert centres == {(0.0, 0.0), (60.0, 5.0)}
+
+
+def test_a_link_with_one_point_is_no_line(tmp_path):
+    (tmp_path / "yoke.toml").write_text(linkage_starter("scotch-yoke"))
+    table = explore.load_linkage(tmp_path / "yoke.toml").table
+    assert {body.name: list(body.place_of) for body in table.links} == {"crank": ["O", "A"], "yoke": ["P"]}
+    assert [(link.name, link.points) for link in draw_linkage(table).links] == [("crank", ("O", "A"))]

@@ -319,6 +319,8 @@ def test_the_command_prints_the_interval_and_writes_files(tmp_path):
     curve = pd.read_csv(tmp_path / "c.csv")
     assert curve["mean_output_ratio"].between(0.02, 0.2).sum() > 100
     assert (tmp_path / "c.svg").read_text().startswith("<?xml")
+    shown = [float(line.split()[0]) for line in output.stdout.rpartition("─\n")[2].split("\n") if line.strip()]
+    assert shown == pytest.approx(np.linspace(11.96574, 108.94902, 11), abs=curve["crank"].diff().max() / 2)
 
 
 def test_the_command_says_what_is_not_reached(tmp_path):
