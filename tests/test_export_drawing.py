@@ -7,7 +7,7 @@ from dataclasses import replace
 import ezdxf
 import numpy as np
 import pytest
-from ezdxf import units
+from ezdxf import bbox, units
 
 import explore
 from explore.figures.exporting.chosen import DesignOfParameters
@@ -75,6 +75,19 @@ def test_dxf_is_sound_in_millimetres_with_layers(drawing):
     assert used == expected
     assert used <= {each.dxf.name for each in document.layers}
     assert document.layers.get("limit positions").dxf.linetype == "DIVIDE"
+
+
+def test_dxf_says_where_in_its_plane_the_lines_are(drawing):
+    """Programs zoom to that: texts and dimensions stand around the lines."""
+    document = ezdxf.readfile(drawing[1] / "a.dxf")
+    low, high = (np.array(document.header[key]) for key in ("$EXTMIN", "$EXTMAX"))
+    lines = bbox.extents(each for each in document.modelspace() if each.dxf.layer not in ("dimensions", "text"))
+    size = lines.size.magnitude
+    slack = np.array([1e-3 * size, 1e-3 * size, 0])
+    assert (low - slack <= lines.extmin).all()
+    assert (high + slack >= lines.extmax).all()
+    assert low[2] == high[2] == 0
+    assert (high - low).max() <= 2 * size
 
 
 def test_links_and_dimensions_have_the_lengths_of_the_parameters(drawing):
