@@ -9,7 +9,7 @@ from linkage_cases import CASES, columns, evaluate_graph, linkage_of, scattered,
 from explore.base.compiling import LANES
 from explore.mechanisms.linkages.cells import NODES
 from explore.mechanisms.linkages.phases import place_phase, slope_by_phase
-from explore.mechanisms.linkages.singularities import WORK_ROWS, locate
+from explore.mechanisms.linkages.singularities import WORK_ROWS, _largest_base, locate
 from explore.mechanisms.linkages.turning import TURNS
 from explore.studies.request.requests import make_request
 
@@ -196,3 +196,14 @@ def test_nor_is_that_of_a_linkage_whose_functions_repeat_after_half_a_turn(count
     rng = np.random.default_rng(15)
     designs = {name: rng.uniform(low, high, 40 * count) for name, (low, high) in BOUNDS.items()}
     assert _far_shares(TRAMMEL, designs, count).max() <= 1.02
+
+
+@pytest.mark.parametrize(
+    ("shares", "bases"),
+    [((3 + 4j, 0), (0.25 + 0.5j, 1.0)), ((1, 2j), (0.6 + 0.2j, -0.3 + 0.1j)), ((1, 2j), (0.1j, 0.5 - 0.25j))],
+)
+def test_the_base_of_powers_is_that_of_one_or_the_larger_of_two(shares, bases):
+    """Of one, whose numbers are exact here, all that two follow from is 0."""
+    powers = [sum(share * base**n for share, base in zip(shares, bases, strict=True)) for n in range(4)]
+    largest = max(abs(base) ** 2 for share, base in zip(shares, bases, strict=True) if share)
+    assert _largest_base(*(part for each in powers for part in (each.real, each.imag))) == pytest.approx(largest)
