@@ -24,6 +24,7 @@ from explore.base.lanes.double_double import (
 )
 from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.linkages.graph import Graph
+from explore.mechanisms.linkages.pair_operations import _larger, _magnitude
 from explore.mechanisms.linkages.programs import GREATEST_ROW, LEAST_ROW
 from explore.mechanisms.linkages.signals import find_quantities
 from explore.model.status import Status
@@ -76,6 +77,20 @@ def test_roots_of_pairs_are_exact_to_32_digits():
             assert abs(sum(map(Fraction, root_of_pair(*pair))) ** 2 / exact - 1) <= 2 * PAIR_ROUNDING
     assert root_of_pair(0.0, 0.0) == (0.0, 0.0)
     assert math.isnan(root_of_pair(-1.0, 0.0)[0])
+
+
+@pytest.mark.parametrize(
+    ("operation", "exact"),
+    [
+        (lambda x, y, out: _magnitude(x, out), lambda x, y: abs(x)),
+        (lambda x, y, out: _larger(x, y, 1.0, out), max),
+        (lambda x, y, out: _larger(x, y, -1.0, out), min),
+    ],
+)
+def test_the_magnitude_and_the_larger_of_pairs_are_those_of_their_sums(operation, exact):
+    (first, sums), (second, others), out = pairs(LANES, 5), pairs(LANES, 6), np.empty((2, LANES))
+    operation(np.array(first).T.ravel(), np.array(second).T.ravel(), out.ravel())
+    assert [Fraction(high) + Fraction(low) for high, low in out.T.tolist()] == [*map(exact, sums, others)]
 
 
 @pytest.mark.parametrize("quarters", [0, 1])
