@@ -71,3 +71,48 @@ def test_they_are_those_of_samples_of_a_six_bar():
     assert (alone["nodes"][ok] == 0).all()
     difference = np.abs(alone[own[0]] / beside[own[0]] - 1.0)
     assert (difference <= alone["error"] + beside["error"])[ok].all()
+
+
+def test_strokes_and_designs_that_a_constraint_screens_have_their_own():
+    """Over a stroke they are sampled; over the turn a constraint on them needs no samples."""
+    linkage, designs = four_bar(["r4", 0], ["r1", 0]), designs_of(LENGTHS[:2])
+    stroke = explore.evaluate(linkage, designs, metrics=["rocker_velocity_rms"], window="drive")
+    names = dict(zip(("crank", "coupler", "rocker", "ground"), LENGTHS[:2].T, strict=True))
+    other = explore.evaluate("crank-rocker", names, metrics=["rocker_velocity_rms"], window="drive")
+    assert stroke["rocker_velocity_rms"].to_list() == pytest.approx(other["rocker_velocity_rms"].to_list(), rel=1e-9)
+    (least, largest) = sorted(crank_rocker(LENGTHS[:2])["rocker_velocity_rms"])
+    limited = explore.evaluate(
+        linkage, designs, metrics=["rocker_velocity_rms", "rocker_acceleration_peak"], window="cycle",
+        constraints={"rocker_velocity_rms": {"max": 0.5 * (least + largest)}},
+    )  # fmt: skip
+    assert sorted(limited["feasible"]) == [False, True]
+    assert (limited["nodes"] == 0).tolist() == (~limited["feasible"]).tolist()
+
+
+def test_two_loops_on_one_driver_each_have_their_own():
+    """About pins on both sides of a driver off the origin, one of them with lengths that are numbers."""
+    table = {
+        "driver": "crank",
+        "frame": {"O": [10, 20], "C": ["10 + r4", 20], "E": [-90, 20]},
+        "links": {
+            "crank": {"O": 0, "A": "r1", "D": [0, 30]}, "rod": {"D": 0, "F": 90}, "lever": {"E": 0, "F": 70},
+            "coupler": {"A": 0, "B": "r2"}, "rocker": {"C": 0, "B": "r3"},
+        },
+        "branch": {"B": "left of A C", "F": "right of D E"},
+    }  # fmt: skip
+    metrics = ["rod_velocity_std", "lever_velocity_std", "rocker_velocity_std"]
+    row = explore.evaluate(explore.Linkage(table), designs_of(LENGTHS[1:2]), metrics=metrics, window="cycle").iloc[0]
+    assert row["nodes"] == 0
+    numbers, others = crank_rocker(LENGTHS[:1]).iloc[0], crank_rocker(LENGTHS[1:2]).iloc[0]
+    expected = [numbers["coupler_velocity_std"], numbers["rocker_velocity_std"], others["rocker_velocity_std"]]
+    assert row[metrics].to_list() == pytest.approx(expected, rel=1e-13)
+
+
+def test_constants_that_are_rounded_are_within_the_bound():
+    """0.4 - 0.1 and 0.5 are the ground and the coupler: the crank passes a change point by 1e-16; by mpmath."""
+    table = FOUR_BAR | {"frame": {"O": [0.1, 0], "C": [0.4, 0]}}
+    links = {"crank": {"O": 0, "A": 0.1}, "coupler": {"A": 0, "B": 0.5}, "rocker": {"C": 0, "B": "r3"}}
+    linkage, name = explore.Linkage(table | {"links": links}), "rocker_velocity_variance"
+    row = explore.evaluate(linkage, {"r3": 0.3 + 2.0**-54}, metrics=[name], window="cycle").iloc[0]
+    assert row[name] == pytest.approx(0.43186436149, rel=row["error"] + 1e-11)
+    assert row["error"] < 1e-9

@@ -194,7 +194,7 @@ class Equations(Trace):
             (coupler, link), (rocker, other) = [(r, first.link), (s, second.link)][:: int(known[1])]
             numbers = (own_distance.crank, coupler.terms[0], rocker.terms[0], own_distance.ground)
             lengths = tuple(filter(None, map(length_of, numbers)))
-            if r.is_still and s.is_still and len(lengths) == len(numbers):
+            if len(lengths) == len(numbers):
                 self.loops.append(Loop(lengths, (link, other)))
         else:
             square = dot(d, d)

@@ -235,7 +235,7 @@ def _pairs_function(name: str, program: Program, *, is_disturbed: bool = False) 
 
 
 def _moments_function(loops: Mapping[Loop, Sequence[int]], parameters: Mapping[str, int]) -> NativeFunction:
-    rows = [float(parameters.get(name, -1)) for loop in loops for name, _ in loop.lengths]
+    rows = [float(parameters[name] if name else -1) for loop in loops for name, _ in loop.lengths]
     lengths = [value for loop in loops for _, value in loop.lengths]
     places = [float(place) for of_links in loops.values() for place in of_links]
     return NativeFunction(

@@ -79,6 +79,8 @@ def close_function(
 def _lines(program: Program, word_of: WordOf, *, is_disturbed: bool = False) -> Iterator[str]:
     texts = {k: f"read[{row}]" for k, row in program.reads.items()}
     texts |= {k: _literal(value) for k, value in program.literals.items()}
+    for k in program.rests if is_disturbed else ():
+        texts[k] = f"({texts[k]} * factors[factor + {k % PERIOD}])"
     for operation in program.operations:
         k = operation.result
         texts[k], parts = f"t{k}" if k >= 0 else f"a{~k}", [texts[each] for each in operation.operands]

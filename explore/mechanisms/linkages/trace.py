@@ -39,7 +39,7 @@ class Factor:
 
 @dataclass(frozen=True)
 class Loop:
-    """Four bars that close a loop, of which the driver is one, with lengths that do not change, and two of their links.
+    """Four bars that close a loop, of which the driver and the frame are two, and its other links.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Trace:
     groups
         For each group of links what `following` takes of it.
     loops
-        Loops of four bars.
+        Loops of four bars whose lengths are parameters or exact constants.
     size
         Sum of the distances of all points of bodies from the first of each, mm.
     """
@@ -286,9 +286,9 @@ def local_of(vector: Vector) -> Local:
 
 
 def length_of(number: Number) -> tuple[str, float] | None:
-    """Name of the parameter that is a length but for its sign, or "" and the value of a constant; None of others."""
+    """Name of the parameter that is a length but for its sign, or "" and an exact constant; None of others."""
     while number.node[0] in ("abs", "neg"):
         number = Number(number.graph, operands(number.node)[0])
     if number.value is not None:
-        return "", abs(number.value)
+        return ("", abs(number.value)) if number.node[2] == 0.0 else None
     return (str(number.node[1]), 0.0) if number.node[0] == "input" else None

@@ -62,4 +62,5 @@ def _store(moments, out):
     for k in range(_SIZE):
         out[k] = moments[k]
     for lane in range(LANES):
+        # times 0, because a bound that is not a number stays so
         out[lane], out[2 * LANES + lane] = 0.0, 0.0 * moments[2 * LANES + lane]

@@ -196,6 +196,8 @@ class _Body:
         """Statements, and stores of results as soon as they are known."""
         if any(operation.name in ("mirror", "choose") for operation in self._program.operations):
             yield f"  %opposite = fcmp une {self._type} %anchor, {_splat(0.0, self._lanes)}"
+        if self._is_disturbed:
+            yield from map(self._disturb, self._program.rests)  # constants that are rounded
         rows: dict[int, list[int]] = {}
         for row, k in self._program.writes:
             rows.setdefault(k, []).append(row)
@@ -256,13 +258,17 @@ class _Body:
         else:
             yield from self._call(result, CODES[name], parts)
         if self._is_disturbed and k >= 0 and name not in EXACT:
-            result, self._texts[k] = self._texts[k], f"%d{k}"
-            yield (
-                f"  %f{k}.number = add i64 %factor, {k % PERIOD}\n"
-                f"  %f{k}.at = getelementptr double, ptr @factors, i64 %f{k}.number\n"
-                f"  %f{k}.one = load double, ptr %f{k}.at\n{_spread(f'%f{k}', f'%f{k}.one')}"
-                f"  %d{k} = fmul {self._flags}{_VECTOR} {result}, %f{k}"
-            )
+            yield self._disturb(k)
+
+    def _disturb(self, k: int) -> str:
+        """A number times its factor."""
+        exact, self._texts[k] = self._texts[k], f"%d{k}"
+        return (
+            f"  %f{k}.number = add i64 %factor, {k % PERIOD}\n"
+            f"  %f{k}.at = getelementptr double, ptr @factors, i64 %f{k}.number\n"
+            f"  %f{k}.one = load double, ptr %f{k}.at\n{_spread(f'%f{k}', f'%f{k}.one')}"
+            f"  %d{k} = fmul {self._flags}{_VECTOR} {exact}, %f{k}"
+        )
 
     def _sense(self, result: str, number: int, rate: str) -> Iterator[str]:
         """The sense that the law says, or that of a rate."""
