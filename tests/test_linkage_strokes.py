@@ -202,7 +202,8 @@ def test_how_often_random_outputs_turn_back_is_counted(name):
     kernel, output = request.kernel, request.mechanism.output_signals[""]
     labels = [kernel.status_labels[code] for code in kernel.evaluate_closed_form(columns(kernel, designs)).status]
     moving = [k for k, each in enumerate(labels) if each in ("ok", "no_strokes", "strokes_not_decided")][:60]
-    assert "ok" in labels
+    assert moving
+    assert ("ok" in labels) == (name != "klann")  # whose leg turns back four times
     assert labels.count("strokes_not_decided") == 0
     for k in moving:
         values = {key: column[k] for key, column in designs.items()}
