@@ -22,6 +22,8 @@ LAYOUTS = [
 def four_bar(ground, crank, *, side="left"):
     table = FOUR_BAR | {"frame": {"O": [0, 0], "C": ground}}
     links = FOUR_BAR["links"] | {"crank": {"O": 0, "A": crank}}
+    if side == "right":  # joints are solved from the frame on, with the rocker first
+        links = {name: links[name] for name in ("rocker", "coupler", "crank")}
     return explore.Linkage(table | {"links": links, "branch": {"B": f"{side} of A C"}})
 
 

@@ -75,8 +75,9 @@ def moments_function(rows: Sequence[float], lengths: Sequence[float], places: Se
     """A function as `Mechanism.integrals`, which calls `turn_moments.fill_turn_moments` with these arguments."""
     tables = {"rows": rows, "lengths": lengths, "places": places}
     arrays = [_array_of(name, len(values)) for name, values in tables.items()]
-    arguments = [(ARRAY, "%record"), *arrays, (ARRAY, "%out")]
-    given = ", ".join(f"{ARRAY} %{name}" for name in ("record", "starts", "stops", "out"))
+    of_window = [(ARRAY, f"%{name}") for name in ("record", "starts", "stops")]
+    arguments = [*of_window, *arrays, (ARRAY, "%out")]
+    given = ", ".join(" ".join(each) for each in (*of_window, (ARRAY, "%out")))
     text = f"define ptr @turn_moments({given}) {{\n{_call(TURN_MOMENTS, arguments)}{_RETURN}"
     return "".join(table(*each) for each in tables.items()) + _declaration(TURN_MOMENTS, arguments) + text
 

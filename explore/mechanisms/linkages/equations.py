@@ -191,11 +191,10 @@ class Equations(Trace):
             # Above 0, so that a design at its change point has a condition.
             product = self.graph.put("max", (p.terms[0] * q.terms[0]).index, (_LEAST_SQUARE * (both * both)).index)
             own = inherited * (1.0 + 0.25 * cancelled * both / product)
-            (coupler, link), (rocker, other) = [(r, first.link), (s, second.link)][:: int(known[1])]
-            numbers = (own_distance.crank, coupler.terms[0], rocker.terms[0], own_distance.ground)
+            numbers = (own_distance.crank, r.terms[0], s.terms[0], own_distance.ground)
             lengths = tuple(filter(None, map(length_of, numbers)))
             if len(lengths) == len(numbers):
-                self.loops.append(Loop(lengths, (link, other)))
+                self.loops.append(Loop(lengths, (first.link, second.link)))
         else:
             square = dot(d, d)
             p, q = square - (r - s) * (r - s), (r + s) * (r + s) - square

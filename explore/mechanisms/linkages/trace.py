@@ -44,9 +44,9 @@ class Loop:
     Attributes
     ----------
     lengths
-        Crank, coupler, rocker and ground, each the name of a parameter, or "" and a value.
+        Crank, both links and ground, each the name of a parameter, or "" and a value.
     links
-        The coupler and the rocker.
+        The coupler and the rocker, in any order: the other two sides of their parallelogram turn as they do.
     """
 
     lengths: tuple[tuple[str, float], ...]

@@ -12,8 +12,6 @@ from explore.base.subroutines import subroutine
 from explore.mechanisms.four_bar import FOUR_BAR_SIZE, prepare
 from explore.mechanisms.four_bar_integrals import ROWS, integrals
 
-#: Half-tangent of half a turn; see `explore.evaluation.quadrature.integrals`.
-_HALF_TURN = 1e150
 #: Lengths of a loop.
 _LENGTHS = 4
 #: Numbers of a link.
@@ -21,19 +19,19 @@ _SIZE = INTEGRALS * LANES
 
 _F1 = types.float64[::1]
 #: Type of `fill_turn_moments`.
-TURN_MOMENTS_SIGNATURE = types.void(_F1, _F1, _F1, _F1, _F1)
+TURN_MOMENTS_SIGNATURE = types.void(_F1, _F1, _F1, _F1, _F1, _F1, _F1)
 
 
 @compiled(TURN_MOMENTS_SIGNATURE, allocates=True)
-def fill_turn_moments(record, rows, lengths, places, out):
-    """Fill mean, variance and bounds of their errors of links.
+def fill_turn_moments(record, starts, stops, rows, lengths, places, out):
+    """Fill mean, variance and bounds of their errors of links, over a turn from any start on.
 
     `rows` and `lengths` have four entries a loop: crank, coupler, rocker and ground, each a row of the record, or -1
     and its value; `places` has two, where coupler and rocker are in `out`, -1 for one that is not wanted. The bounds
     are not numbers where the ground is not longer than the crank: then all links turn.
     """
     given, constants = np.empty(_LENGTHS * LANES), np.empty(FOUR_BAR_SIZE * LANES)
-    moments, starts, stops = np.empty(len(ROWS) * _SIZE), np.full(LANES, -_HALF_TURN), np.full(LANES, _HALF_TURN)
+    moments = np.empty(len(ROWS) * _SIZE)
     for first in range(0, len(rows), _LENGTHS):
         for k in range(_LENGTHS):
             row = int(rows[first + k])
