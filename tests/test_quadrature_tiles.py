@@ -8,7 +8,8 @@ from numba import float64, int64, void
 from scipy.optimize import brentq, minimize_scalar
 
 from explore.base.compiling import FILL_SIGNATURE, LANES, compiled, function_type
-from explore.evaluation.quadrature.extremes import RESULT, _mark_end, _mark_inside, find_minimum
+from explore.evaluation.quadrature.candidates import _mark_end, _mark_inside
+from explore.evaluation.quadrature.extremes import RESULT, find_minimum
 from explore.evaluation.quadrature.hand_over import HAND_OVER_SIZE, find_hand_overs
 from explore.evaluation.quadrature.panels import (
     ANCHOR,
@@ -34,13 +35,16 @@ from explore.evaluation.quadrature.tiles import (
 from explore.evaluation.quadrature.work_space import TILE_WORK_TYPE, Sizes, make_work_space
 
 _FILL, _F1, _F2 = function_type(FILL_SIGNATURE), float64[::1], float64[:, ::1]
-#: Rows of the constants: amplitudes of the first, second and third harmonic, their phases, and what is added.
-HARMONICS, PHASE, OFFSET, CONSTANTS = 3, 3, 6, 7
+#: Rows of the constants: amplitudes of the first, second and third harmonic, their phases, what is added, and in its
+#: first lane how often a single node was filled.
+HARMONICS, PHASE, OFFSET, FILLS, CONSTANTS = 3, 3, 6, 7, 8
 
 
 @compiled(FILL_SIGNATURE)
 def fill_harmonics(constants, tangents, anchor, law, variant, count, needs, out):
     """A sum of harmonics of the angle, and its derivative, in two rows."""
+    if count == 1:
+        constants[FILLS * LANES] += 1.0
     for j in range(count):
         for lane in range(LANES):
             angle = anchor * math.pi + 2.0 * math.atan(tangents[j * LANES + lane])
@@ -59,11 +63,12 @@ def find_minima(fill, anchor, sign, count, table, rule, samples, tile):
 
 
 def extremes(constants, shape, anchor, sign, count, table, rule, signals):
-    """Smallest values of harmonics in each lane of a tile for a positive sign, else the largest."""
+    """Smallest values of harmonics in each lane of a tile for a positive sign, else the largest, and the fills."""
     _, tile, _ = make_work_space(Sizes(CONSTANTS, 0, CONSTANTS, CONSTANTS, 2, -1, -1, 0), 0)
     tile.constants[:], tile.shape[:] = constants, shape
+    tile.constants[FILLS * LANES] = 0.0
     find_minima(fill_harmonics, anchor, sign, count, table, rule, signals, tile)
-    return sign * tile.state[RESULT : RESULT + LANES]
+    return sign * tile.state[RESULT : RESULT + LANES], tile.constants[FILLS * LANES]
 
 
 @compiled(void(_FILL, _F1, int64, _F1, _F1, _F1), allocates=True)
@@ -113,6 +118,10 @@ class Tile:
 
     def extreme(self, sign):
         """Smallest value in each lane for a positive sign, else the largest."""
+        return self.search(sign)[0]
+
+    def search(self, sign):
+        """The extremes, and how many nodes of all lanes were filled for them."""
         return extremes(self.constants, self.shape, self.anchor, sign, self.count, self.table, self.rule, self.signals)
 
 
@@ -184,6 +193,19 @@ def test_extremes_of_harmonics(seed, count, sign):
         exact = sign * exact_minimum(constants[:, lane], start, stop, sign)
         # a position that is accurate to 1e-8 gives the value to rounding, of terms that add up to at most 4
         assert found[lane] == pytest.approx(exact, rel=0.0, abs=4e-15)
+
+
+@pytest.mark.parametrize("at", [-0.7, -0.5, 0.0, 0.7])
+@pytest.mark.parametrize("count", [12, 24, 40])
+def test_three_values_of_a_signal_lead_to_an_extreme(count, at):
+    """From samples about it, also beside the ends, and where it is at a sample; Brent's method takes four to six."""
+    constants, peaks = np.zeros((CONSTANTS, LANES)), np.linspace(-0.3, 0.3, LANES)
+    constants[:HARMONICS] = np.array([1.0, 0.5, 0.25])[:, None]
+    constants[PHASE:OFFSET] = np.array([1.0, 2.0, 3.0])[:, None] * peaks
+    first, last = np.tan(0.5 * (peaks - at - 0.8)), np.tan(0.5 * (peaks - at + 0.8))
+    largest, fills = Tile(constants, 0, first, last, np.full(LANES, 0.9), count, ends=True).search(-1.0)
+    assert largest == pytest.approx(np.full(LANES, 1.75), rel=0.0, abs=2e-15)  # sums of three cosines, rounded
+    assert fills <= 3
 
 
 def double_minima(places, tilt):

@@ -1,4 +1,4 @@
-"""Extremes of a signal over the panels of a tile: samples, then Brent's method from each local minimum that may win."""
+"""Extremes of a signal over the panels of a tile: samples, then a search from each local minimum that may win."""
 
 import math
 
@@ -19,133 +19,54 @@ from explore.evaluation.quadrature.brent import (
     minimise,
     start_lane,
 )
-from explore.evaluation.quadrature.equispaced import abscissa
+from explore.evaluation.quadrature.candidates import abscissa_of, abscissas_about, mark_candidates
+from explore.evaluation.quadrature.fitted_minima import DISTANCES, FIT_ROWS, FITS, VALUES, fit_minimum
 from explore.evaluation.quadrature.hidden_extremes import (
     BEFORE,
     BEHIND,
     BOTH,
-    is_near_end,
-    is_open,
-    mark_hidden,
-    mark_hidden_near_end,
     neighbours,
 )
-from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCALE, sample_abscissa
+from explore.evaluation.quadrature.tiles import TILE_CENTRE, TILE_HALF, TILE_SCALE, four_nodes, sample_abscissa
 
-#: Factor on the largest drop of a parabola below a local minimum, which may win if this reaches the least sample.
-_DROP_MARGIN = 64.0
-#: Slope at an end, over curvature times distance to the next sample, below which the extreme may be inside.
-_DOUBTFUL = 0.1
 #: Distances of looks from a candidate, over the distance to the next sample: extremes may be ever nearer to it.
 _LOOKS = (0.5, *(8.0**-k for k in range(1, 7)))
-#: Rise to both neighbours of a sample, over its size, up to which a minimum is one of rounding.
-_CONSTANT = 2.0**-46
 #: Value of ACTIVE of a lane whose candidate is a sample beside which the least value may be.
 BESIDE = 2.0
 
-# Rows of the state after those of Brent's method: least sample, next sample to look at, result.
-LEAST, NEXT, RESULT = ((BRENT_ROWS + row) * LANES for row in range(3))
-STATE_SIZE = (BRENT_ROWS + 3) * LANES
-
-
-@subroutine(no_alias=True)
-def _mark_end(at_0, at_1, at_2, at_3, at_4, x1, x2, x3, x4, number, following, marks):
-    """Fill the number of an end that is not above the sample next to it where the least value may be inside, or go on.
-
-    The samples are those from the end on, and their distances from it in abscissas. The slope at the end is the least
-    by five samples: what the fifth changes in the slope of four is at least what more would.
-    """
-    # Newton's divided differences, and the derivatives of the interpolant at the end.
-    for lane in range(len(at_0)):
-        f0, f1, f2, f3, f4 = at_0[lane], at_1[lane], at_2[lane], at_3[lane], at_4[lane]
-        d01, d12, d23, d34 = (f1 - f0) / x1, (f2 - f1) / (x2 - x1), (f3 - f2) / (x3 - x2), (f4 - f3) / (x4 - x3)
-        d02, d13, d24 = (d12 - d01) / x2, (d23 - d12) / (x3 - x1), (d34 - d23) / (x4 - x2)
-        d03, d14 = (d13 - d02) / x3, (d24 - d13) / (x4 - x1)
-        d04 = (d14 - d03) / x4
-        slope = d01 - x1 * (d02 - x2 * (d03 - x3 * d04)) - x1 * x2 * x3 * abs(d04)
-        curvature = 2.0 * (d02 - (x1 + x2) * d03 + (x1 * x2 + x1 * x3 + x2 * x3) * d04)
-        starts = (f0 <= f1) & (f0 < math.inf) & (slope < _DOUBTFUL * x1 * abs(curvature))
-        marks[lane] = number if starts else following[lane]
-
-
-@subroutine(inlined=True)
-def _neighbours(is_turn, count, table, rule, j):
-    """Abscissas of a sample between the ends, and of those before and after it."""
-    if is_turn:
-        return abscissa(count, j - 2), abscissa(count, j - 1), abscissa(count, j)
-    return (
-        sample_abscissa(table, rule, count, j - 1), sample_abscissa(table, rule, count, j),
-        sample_abscissa(table, rule, count, j + 1),
-    )  # fmt: skip
-
-
-@subroutine(no_alias=True)
-def _mark_inside(values, far_before, far_behind, j, a, x, b, least, following, marks, width):
-    """Fill the number of the next sample that may win from sample j on, by its neighbours.
-
-    Return whether in some lane a minimum may be hidden beside the sample, by the ones next to its neighbours too.
-
-    Only a local minimum may, by `_DROP_MARGIN` times what a parabola of the curvature there drops below it at most, in
-    the middle of the wider distance; the slope does not tell, for at a sample beside the minimum it may seem to be 0.
-    At a tolerance of 1e-6, whose nodes are few, a factor of 8 missed two of 3.4 million extremes.
-    """
-    to_left, to_right, both = 1.0 / (x - a), 1.0 / (b - x), 1.0 / (b - a)
-    share = 0.25 * _DROP_MARGIN * max(x - a, b - x) ** 2
-    count = 0
-    for lane in range(width):
-        left, value, right = values[lane], values[LANES + lane], values[2 * LANES + lane]
-        before, after = (value - left) * to_left, (right - value) * to_right
-        curvature = (after - before) * both
-        reaches = value - least[lane] <= share * curvature
-        rise = (left if left > right else right) - value  # 0 on a plateau
-        is_lowest = (value <= left) & (value <= right) & (rise > _CONSTANT * abs(value))
-        marks[lane] = 1.0 * j if is_lowest & reaches else following[lane]
-        open_here = is_open(value, left, right, far_before[lane], far_behind[lane], least[lane])
-        count += 1 if open_here | (is_lowest & reaches) else 0
-    return count > 0
-
-
-@subroutine()
-def _mark_candidates(is_turn, values, least, count, table, rule, marks):
-    """Fill for each sample the number of the next one from it on at which a lane starts; behind the last for none."""
-    width, last = len(least), count + 1
-    marks[last * LANES : (last + 2) * LANES] = 1.0 * (last + 1)
-    x1, x2 = 1.0 + sample_abscissa(table, rule, count, 1), 1.0 + sample_abscissa(table, rule, count, 2)
-    x3, x4 = 1.0 + sample_abscissa(table, rule, count, 3), 1.0 + sample_abscissa(table, rule, count, 4)
-    if not is_turn:
-        _mark_end(
-            values[last * LANES : (last + 1) * LANES], values[(last - 1) * LANES :], values[(last - 2) * LANES :],
-            values[(last - 3) * LANES :], values[(last - 4) * LANES :], x1, x2, x3, x4, 1.0 * last,
-            marks[(last + 1) * LANES :], marks[last * LANES :],
-        )  # fmt: skip
-    for j in range(count, 0, -1):
-        a, x, b = _neighbours(is_turn, count, table, rule, j)
-        far_before, far_behind = (j, j) if is_near_end(is_turn, count, j) else neighbours(count, j, 2)
-        may_hide = _mark_inside(
-            values[(j - 1) * LANES :], values[far_before * LANES :], values[far_behind * LANES :], j, a, x, b, least,
-            marks[(j + 1) * LANES :], marks[j * LANES :], width,
-        )  # fmt: skip
-        if is_near_end(is_turn, count, j):
-            mark_hidden_near_end(values, least, count, j, marks[j * LANES :])
-        elif may_hide:
-            mark_hidden(values, least, count, j, marks[j * LANES :])
-    for lane in range(LANES):
-        marks[lane] = marks[LANES + lane]
-    if not is_turn:
-        _mark_end(
-            values[:LANES], values[LANES:], values[2 * LANES :], values[3 * LANES :], values[4 * LANES :],
-            x1, x2, x3, x4, 0.0, marks[LANES:], marks,
-        )  # fmt: skip
+# Rows of the state after those of the searches: least sample, next sample to look at, result.
+LEAST, NEXT, RESULT = ((BRENT_ROWS + FIT_ROWS + row) * LANES for row in range(3))
+STATE_SIZE = (BRENT_ROWS + FIT_ROWS + 3) * LANES
 
 
 @subroutine()
 def _start_inside(shape, is_turn, values, count, table, rule, state, lane, j):
     """Start the lane at a sample between the ends."""
-    a, x, b = _neighbours(is_turn, count, table, rule, j)
+    a, x, b = abscissas_about(is_turn, count, table, rule, j)
     left, value, right = values[(j - 1) * LANES + lane], values[j * LANES + lane], values[(j + 1) * LANES + lane]
     half, centre = shape[TILE_HALF + lane], shape[TILE_CENTRE + lane]
     first, middle, last = centre + half * a, centre + half * x, centre + half * b
     start_lane(state, lane, first, middle, last, left, value, right, 2.0 * half * (b - a))
+    _take_five(is_turn, values, count, table, rule, state, lane, j, half)
+
+
+@subroutine()
+def _take_five(is_turn, values, count, table, rule, state, lane, j, half):
+    """Take a sample between the ends and four about it for the lane's polynomial."""
+    a, x, b = abscissas_about(is_turn, count, table, rule, j)
+    # beside an end the two further ones are on the other side
+    before, behind = (j - 2, j + 2) if is_turn or 1 < j < count else ((j + 2, j + 3) if j == 1 else (j - 3, j - 2))
+    c, d = abscissa_of(is_turn, count, table, rule, before), abscissa_of(is_turn, count, table, rule, behind)
+    if is_turn:
+        before, behind = neighbours(count, j, 2)
+    state[DISTANCES + lane], state[DISTANCES + LANES + lane] = half * (a - x), half * (b - x)
+    state[DISTANCES + 2 * LANES + lane], state[DISTANCES + 3 * LANES + lane] = half * (c - x), half * (d - x)
+    state[VALUES + lane], state[VALUES + LANES + lane], state[VALUES + 2 * LANES + lane] = (
+        values[j * LANES + lane], values[(j - 1) * LANES + lane], values[(j + 1) * LANES + lane]
+    )  # fmt: skip
+    state[VALUES + 3 * LANES + lane] = values[before * LANES + lane]
+    state[VALUES + 4 * LANES + lane] = values[behind * LANES + lane]
+    state[FITS + lane] = 1.0
 
 
 @subroutine()
@@ -160,7 +81,7 @@ def _start_at_end(shape, values, count, table, rule, state, lane, j):
 @subroutine()
 def _start_beside_node(shape, is_turn, values, count, table, rule, state, lane, j, is_before):
     """Make a node of a slope the lane's candidate, with a minimum hidden before or behind it."""
-    a, x, b = _neighbours(is_turn, count, table, rule, j)
+    a, x, b = abscissas_about(is_turn, count, table, rule, j)
     half, other = shape[TILE_HALF + lane], j - 1 if is_before else j + 1
     step = half * (a - x) if is_before else half * (b - x)
     place = shape[TILE_CENTRE + lane] + half * x
@@ -184,6 +105,7 @@ def _next_candidate(shape, is_turn, values, marks, count, table, rule, state, la
     following = state[NEXT + lane]
     mark = marks[int(following) * LANES + lane] if following == int(following) else following
     j = int(mark)
+    state[FITS + lane] = 0.0
     next_one = 1.0 * min(j + 1, count + 2)
     if mark - j == BEFORE or mark - j == BEHIND:
         _start_beside_node(shape, is_turn, values, count, table, rule, state, lane, j, mark - j == BEFORE)
@@ -200,13 +122,17 @@ def _next_candidate(shape, is_turn, values, marks, count, table, rule, state, la
 
 
 @subroutine(no_alias=True)
-def _take_sample(sample, sign, values, least):
-    """Fill the values of a signal at one node, and lower the least ones to them."""
+def _take_samples(first, second, third, fourth, sign, values, least):
+    """Fill the values of a signal at four nodes, and lower the least ones to them."""
     # LLVM would unroll a loop of constant length instead of vectorising it.
     for lane in range(len(least)):
-        value, lowest = sign * sample[lane], least[lane]
-        values[lane] = value
-        least[lane] = value if value < lowest else lowest
+        a, b, c, d = sign * first[lane], sign * second[lane], sign * third[lane], sign * fourth[lane]
+        values[lane], values[LANES + lane], values[2 * LANES + lane], values[3 * LANES + lane] = a, b, c, d
+        lowest = least[lane]
+        lowest = a if a < lowest else lowest
+        lowest = b if b < lowest else lowest
+        lowest = c if c < lowest else lowest
+        least[lane] = d if d < lowest else lowest
 
 
 @subroutine()
@@ -237,10 +163,11 @@ def find_minimum(fill, rows, anchor, law, variant, needs, row, sign, count, tabl
     least = state[LEAST : LEAST + LANES]
     for lane in range(LANES):
         state[LEAST + lane], state[NEXT + lane] = math.inf, 0.0
-    for j in range(count + 2):
-        _take_sample(samples[(j * rows + row) * LANES :], sign, values[j * LANES :], least)
+    for j in range(0, count + 2, 4):
+        first, second, third, fourth = four_nodes(samples, rows, row, j, count + 1)
+        _take_samples(first, second, third, fourth, sign, values[j * LANES :], least)
     is_turn = shape[TILE_SCALE] == 0.0
-    _mark_candidates(is_turn, values, least, count, table, rule, marks)
+    mark_candidates(is_turn, values, least, count, table, rule, marks)
     for lane in range(LANES):
         state[RESULT + lane] = state[LEAST + lane]
     while True:
@@ -253,6 +180,9 @@ def find_minimum(fill, rows, anchor, law, variant, needs, row, sign, count, tabl
             return
         if looks:
             _look_inside(fill, anchor, law, variant, needs, row, sign, tile)
+        fit_minimum(
+            fill, tile.constants, shape, anchor, law, variant, needs, row, sign, state, tile.node, tile.node_signals
+        )  # fmt: skip
         minimise(
             fill, tile.constants, shape, anchor, law, variant, needs, row, sign, state, tile.node, tile.node_signals
         )  # fmt: skip

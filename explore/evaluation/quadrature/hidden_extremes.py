@@ -50,14 +50,18 @@ _SAMPLES_NEAR_END = ((0, 2, 3, 4, 5, 6), (1, 3, 0, 4, 5, 6), (2, 4, 1, 5, 0, 6))
 
 @subroutine(inlined=True)
 def is_open(at, left, right, third, fourth, least):
-    """Whether five equidistant samples leave it open that a minimum is hidden beside a node of a slope, near the least.
+    """Whether five samples leave it open that a minimum near the least is hidden beside a node of a slope."""
+    near, far = abs(right - left), abs(fourth - third)
+    return ((left - at) * (right - at) < 0.0) & has_doubtful_slope(near, far) & (at - least <= near + far)
 
-    The slope by them is (8 near - far)/12, and that by three samples near/2; they may err by twice the difference.
+
+@subroutine(inlined=True)
+def has_doubtful_slope(near, far):
+    """Whether the slope at a node may be the other one, by the sizes of differences of its four neighbours.
+
+    The slope by them is (8 near - far)/12, and that by two near/2; they may err by twice the difference.
     """
-    near, far = right - left, fourth - third
-    slope = 8.0 * near - far
-    turns = (slope if near < 0.0 else -slope) > -2.0 * abs(2.0 * near - far)
-    return ((left - at) * (right - at) < 0.0) & turns & (at - least <= abs(near) + abs(far))
+    return far > 4.0 * near
 
 
 @subroutine(no_alias=True)

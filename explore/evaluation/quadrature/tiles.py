@@ -114,7 +114,7 @@ def sample_abscissa(table, rule, count, j):
 
 
 @subroutine(inlined=True)
-def _four_nodes(signals, rows, s, j, last):
+def four_nodes(signals, rows, s, j, last):
     """One signal at four nodes from node j on; at the last one instead of those that are none."""
     first, second = signals[(j * rows + s) * LANES :], signals[(min(j + 1, last) * rows + s) * LANES :]
     return (
@@ -128,13 +128,13 @@ def _add_integrals(signals, rows, flags, j, last, weights, masses, sums):
     """Add four nodes to the weights and integrals."""
     # LLVM would unroll a loop of constant length with so short a body instead of vectorising it.
     width = len(masses)
-    w1, w2, w3, w4 = _four_nodes(weights, 1, 0, j, j + 3)
+    w1, w2, w3, w4 = four_nodes(weights, 1, 0, j, j + 3)
     for lane in range(width):
         masses[lane] = masses[lane] + ((w1[lane] + w2[lane]) + (w3[lane] + w4[lane]))
     for s in range(rows):
         if not flags[s]:
             continue
-        x1, x2, x3, x4 = _four_nodes(signals, rows, s, j, last)
+        x1, x2, x3, x4 = four_nodes(signals, rows, s, j, last)
         row = sums[s * SUMS_SIZE :]
         for lane in range(width):
             pairs = (w1[lane] * x1[lane] + w2[lane] * x2[lane]) + (w3[lane] * x3[lane] + w4[lane] * x4[lane])
@@ -144,14 +144,14 @@ def _add_integrals(signals, rows, flags, j, last, weights, masses, sums):
 @subroutine(fast=True, no_alias=True)
 def _add_deviations(signals, rows, flags, j, last, weights, roots, factors, sums, width):
     """Add four nodes to the sums of squared deviations and to the parts of tails."""
-    w1, w2, w3, w4 = _four_nodes(weights, 1, 0, j, j + 3)
-    r1, r2, r3, r4 = _four_nodes(roots, 1, 0, j, j + 3)
+    w1, w2, w3, w4 = four_nodes(weights, 1, 0, j, j + 3)
+    r1, r2, r3, r4 = four_nodes(roots, 1, 0, j, j + 3)
     a1, b1, a2, b2 = factors[2 * j], factors[2 * j + 1], factors[2 * j + 2], factors[2 * j + 3]
     a3, b3, a4, b4 = factors[2 * j + 4], factors[2 * j + 5], factors[2 * j + 6], factors[2 * j + 7]
     for s in range(rows):
         if not flags[s]:
             continue
-        x1, x2, x3, x4 = _four_nodes(signals, rows, s, j, last)
+        x1, x2, x3, x4 = four_nodes(signals, rows, s, j, last)
         row = sums[s * SUMS_SIZE :]
         for lane in range(width):
             mean = row[MEAN + lane]
