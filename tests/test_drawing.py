@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.patches import Rectangle
 from simple_slider import SIMPLE_SLIDER
 
 import explore
@@ -116,6 +117,11 @@ def test_a_slider_has_its_guide():
         heights = {tuple(np.unique(line.get_ydata())) for line in chart.get_lines() if len(line.get_xdata()) == 2}
         lines = [height[0] for height in heights if len(height) == 1]
         assert np.mean([height for height in lines if height > 0.0]) == pytest.approx(20.0, rel=1e-14)
+        (block,) = (
+            patch.get_corners() for patch in chart.patches if isinstance(patch, Rectangle) and not patch.get_hatch()
+        )
+        assert block.mean(axis=0) == pytest.approx([50.0 + np.sqrt(120.0**2 - 20.0**2), 20.0], rel=1e-12)
+        assert np.ptp(block[:, 1]) == pytest.approx(max(lines) - min(line for line in lines if line > 0.0), rel=1e-12)
 
 
 def test_forces_are_drawn_for_loaded_designs_only():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import explore
-from explore.mechanisms.linkages.drawing import draw_linkage
+from explore.figures.exporting.chosen import DesignOfParameters
 from explore.studies.config.study_file import linkage_starter
 
 #: A press whose pivots are not at the origin, with a point that draws a curve. Of the distances of its pivots none is a
@@ -144,8 +144,15 @@ def test_a_pin_of_the_frame_that_a_link_slides_over_is_drawn_as_a_pivot(slanted)
     assert centres == {(0.0, 0.0), (60.0, 5.0)}
 
 
-def test_a_link_with_one_point_is_no_line(tmp_path):
+def test_a_yoke_reaches_to_its_slot_and_along_it_to_the_pin(tmp_path):
+    """At a crank angle of 90 deg, where the slot leans to the pin by `slant` of its height."""
     (tmp_path / "yoke.toml").write_text(linkage_starter("scotch-yoke"))
-    table = explore.load_linkage(tmp_path / "yoke.toml").table
-    assert {body.name: list(body.place_of) for body in table.links} == {"crank": ["O", "A"], "yoke": ["P"]}
-    assert [(link.name, link.points) for link in draw_linkage(table).links] == [("crank", ("O", "A"))]
+    linkage = explore.load_linkage(tmp_path / "yoke.toml")
+    assert {body.name: list(body.place_of) for body in linkage.table.links} == {"crank": ["O", "A"], "yoke": ["P"]}
+    simulated = DesignOfParameters.read(linkage, {"r": 30.0, "slant": 0.5}, {}).simulated
+    crank, yoke = simulated.drawing.links
+    assert (crank.points, yoke.name) == (("O", "A"), "yoke")
+    places = simulated.pose([90.0]).points(simulated.drawing)
+    way = np.array([places[point][0] for point in yoke.points])
+    assert way == pytest.approx(np.array([[105.0, 0.0], [-15.0, 0.0], [0.0, 30.0]]), abs=1e-12)
+    assert [(guide.point, guide.angle) for guide in simulated.drawing.guides] == [("P", 0.0)]

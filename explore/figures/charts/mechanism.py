@@ -75,7 +75,7 @@ def draw_mechanism(panel: Axes, simulated: SimulatedDesign) -> None:
             panel, simulated, simulated.slider.point, simulated.slider.dwell, f"{simulated.slider.point} in the dwell"
         )
     size = 0.035 * max(np.ptp(np.vstack(list(points.values())), axis=0))
-    _draw_positions(panel, simulated, drawing)
+    _draw_positions(panel, simulated, drawing, size)
     for profile, colour in zip(drawing.profiles, _PROFILES, strict=False):
         curve = profile_curve(turn, simulated.pose([simulated.span.first]), profile, drawing)
         panel.plot(*curve.T, color=colour, lw=2.2, label=profile.name)
@@ -113,8 +113,10 @@ def profile_curve(turn: Pose, now: Pose, profile: Profile, drawing: Drawing) -> 
     return np.asarray(rotated + now.sum(drawing.points[profile.centre]))
 
 
-def _draw_positions(panel: Axes, simulated: SimulatedDesign, drawing: Drawing) -> None:
-    """Draw the links at the limit positions, or without any at input angle 0."""
+def _draw_positions(panel: Axes, simulated: SimulatedDesign, drawing: Drawing, size: float) -> None:
+    """Draw the links, and blocks between guides, at the limit positions, or without any at input angle 0."""
+    from matplotlib.patches import Rectangle
+
     limits = simulated.limits
     names = {name: f"{name} position, {simulated.mechanism.input_angle} {simulated.span.shown(angle):.1f}°"
              for name, angle in limits.items()} or {"": f"{simulated.mechanism.input_angle} 0.0°"}  # fmt: skip
@@ -124,6 +126,11 @@ def _draw_positions(panel: Axes, simulated: SimulatedDesign, drawing: Drawing) -
             chain = np.array([points[name][k] for name in link.points])
             panel.plot(*chain.T, style, color=colour if limits else INK, lw=2.2, marker=mark, ms=6, mfc="white",
                        mew=1.5, zorder=4, label=label if number == 0 else None)  # fmt: skip
+        for guide in drawing.guides:
+            x, y = points[guide.point][k] - [1.6 * size, size]
+            block = Rectangle((x, y), 3.2 * size, 2.0 * size, angle=guide.angle, rotation_point="center", fc="white",
+                              ec=colour if limits else INK, ls=style, lw=1.4, zorder=3.5)  # fmt: skip
+            panel.add_patch(block)
 
 
 def _draw_stroke(panel: Axes, simulated: SimulatedDesign, point: str, span: tuple[float, float], label: str) -> None:

@@ -1,11 +1,12 @@
 """How figures show a linkage: its points, links, slots and paths, from the table."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from explore.mechanisms.linkages.coordinate import Coordinate, Place
 from explore.mechanisms.linkages.load_signals import load_panels
-from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slot
+from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slide, Slot, carrier
 from explore.model.drawing import Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.quantities import Signal
 
@@ -21,6 +22,8 @@ def draw_linkage(table: LinkageTable) -> Drawing | None:
     moving = [point for point in table.points if point not in frame]
     points = {point: vectors or () for point, vectors in frame.items()}
     points |= {point: (Vector(f"{point}_x"), Vector(f"{point}_y", 90.0)) for point in moving}
+    yokes = {link: way for slot in table.slots for link, way in _yoke(table, slot, points)}
+    points |= {link.points[1]: way for link, way in yokes.items()}
     ends, pins = free_points(table), {slot.pin for slot in table.slots}
     joints = [point for point in moving if point not in ends]
     return Drawing(
@@ -29,9 +32,13 @@ def draw_linkage(table: LinkageTable) -> Drawing | None:
             Link(body.name, outer if len(outer) == 2 else (*outer, outer[0]))
             for body in table.links
             if len(outer := _ends_of_link(table, body)) > 1
-        ),
+        )
+        + tuple(yokes),
         pivots=tuple(point for point in frame if len(table.bodies_at(point)) > 1 or point in pins),
-        guides=tuple(guide for slot in table.slots if (guide := _guide(table, slot))),
+        guides=(
+            *(guide for slot in table.slots if (guide := _guide(table, slot))),
+            *(guide for slide in table.slides if (guide := _guide_of_slide(table, slide))),
+        ),
         paths=(
             *(Path(point, f"path of {point}") for point in joints),
             *(Path(point, f"path of {point}", "point") for point in ends),
@@ -44,6 +51,20 @@ def _ends_of_link(table: LinkageTable, body: Body) -> tuple[str, ...]:
     is_tube = len(body.points) == 1 and body.name not in {slide.link for slide in table.slides}
     pins = [slot.pin for slot in table.slots if slot.body == body.name] if is_tube else []
     return tuple(dict.fromkeys([*body.place_of, *pins]))
+
+
+def _yoke(
+    table: LinkageTable, slot: Slot, points: Mapping[str, tuple[Vector, ...]]
+) -> Iterator[tuple[Link, tuple[Vector, ...]]]:
+    """A link of one point that keeps the directions of the frame: to an end of its slot, and on to the pin there."""
+    body, end = table.body_of[slot.body], slot.along[0]
+    if body.name == FRAME or carrier(body.name, table.slides) != FRAME or isinstance(end, str) or len(body.points) != 1:
+        return
+    ((point, place),) = body.points
+    back, there = _fixed(place), _fixed(end)
+    if back is not None and there is not None:
+        way = (*points[point], *(replace(vector, factor=-vector.factor) for vector in back), *there)
+        yield Link(body.name, (point, f"end of {slot.name}", slot.pin)), way
 
 
 def _fixed(place: Place) -> tuple[Vector, ...] | None:
@@ -93,20 +114,29 @@ def _combine(
 
 
 def _guide(table: LinkageTable, slot: Slot) -> Guide | None:
-    """The guide of a pin in a slot of the frame, along its path where its direction is that of a design; else None."""
+    """The guide of a pin in a slot of the frame; else None."""
     if slot.body != FRAME:
         return None
-    along_path = Guide(slot.pin, follows_path=True)
     places = [table.frame.place_of[end] if isinstance(end, str) else end for end in slot.along]
-    ends = [(_terms(x), _terms(y)) for x, y in places]
-    if any(x is None or y is None for x, y in ends):
-        return along_path
-    (x0, y0), (x1, y1) = ends
-    dx, dy = _combine("-", x1 or {}, x0 or {}), _combine("-", y1 or {}, y0 or {})
-    values = [{key: factor for key, factor in (each or {}).items() if factor} for each in (dx, dy)]
-    if any(set(each) - {1.0} for each in values):
-        return along_path
-    return Guide(slot.pin, math.degrees(math.atan2(values[1].get(1.0, 0.0), values[0].get(1.0, 0.0))))
+    (x0, y0), (x1, y1) = [(_terms(x), _terms(y)) for x, y in places]
+    if x0 is None or y0 is None or x1 is None or y1 is None:
+        return Guide(slot.pin, follows_path=True)
+    return _guide_along(slot.pin, _combine("-", x1, x0), _combine("-", y1, y0))
+
+
+def _guide_of_slide(table: LinkageTable, slide: Slide) -> Guide | None:
+    """The guide of the first point of a link that slides on the frame; else None."""
+    points = table.body_of[slide.link].points
+    if slide.body != FRAME or not points:
+        return None
+    return _guide_along(points[0][0], _terms(slide.direction[0]), _terms(slide.direction[1]))
+
+
+def _guide_along(point: str, x: dict[str | float, float] | None, y: dict[str | float, float] | None) -> Guide:
+    """The guide of a point in a direction, or along its path where the direction is that of a design."""
+    if x is None or y is None or any(key != 1.0 for each in (x, y) for key, factor in each.items() if factor):
+        return Guide(point, follows_path=True)
+    return Guide(point, math.degrees(math.atan2(y.get(1.0, 0.0), x.get(1.0, 0.0))))
 
 
 def free_points(table: LinkageTable) -> list[str]:
