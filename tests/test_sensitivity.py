@@ -376,6 +376,13 @@ def test_solved_lengths_follow_from_the_drawn_parameters(tmp_path):
     assert share == pytest.approx(results.to_pandas(["feasible"])["feasible"].mean(), abs=3.0 * 0.5 / math.sqrt(8192))
 
 
+def test_a_grid_without_a_feasible_design_says_so(tmp_path):
+    grid = "crank = [40, 50]\ncoupler = [900, 950]\nrocker = 210\nground = 869\n"
+    text = f'mechanism = "crank-rocker"\n[parameters]\n{grid}[evaluate]\nmetrics = ["cv"]\n'
+    with pytest.raises(RequestError, match="; cv is not apportioned: no design is feasible$"):
+        explore.sensitivity(sweep_text(tmp_path, f"{text}[constraints]\nmean = {{ min = 1e9 }}\n"), evaluations=FEW)
+
+
 def test_what_is_not_applicable_is_said_in_one_line(tmp_path, results):
     front = explore.sweep(explore.load_study(results.path.with_suffix(".toml")), tmp_path / "front.h5", keep="front")
     table = explore.sensitivity(front, evaluations=FEW)

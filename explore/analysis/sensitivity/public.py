@@ -220,7 +220,9 @@ def _metric_rows(plan: SensitivityPlan, notes: list[str]) -> list[dict[str, Any]
     rows = []
     for metric in plan.metrics:
         n_defined = int(np.isfinite(columns[metric]).sum())
-        if filling != "complete" and n_defined < LEAST_DESIGNS:
+        if not n_defined:
+            reason = "it is defined in no feasible design" if len(columns[metric]) else "no design is feasible"
+        elif filling != "complete" and n_defined < LEAST_DESIGNS:
             reason = f"it is defined in {n_defined:,} feasible designs, and {LEAST_DESIGNS} are needed; sweep more"
         elif not _varies(columns[metric]):
             reason = "it does not vary among the feasible designs"
