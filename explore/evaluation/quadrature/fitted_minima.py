@@ -100,7 +100,10 @@ def _propose(state, trials, resolutions):
         finest_step = finest if step > 0.0 else -finest
         step = finest_step if abs(step) < finest else step
         goes_on = is_inside & (not is_done) & (trials < _MOST_TRIALS)
-        state[TRIAL + lane] = best + (last + step if goes_on else 0.0)
+        # a least step may be longer than the bracket, beyond which the signal may have another law
+        trial = best + (last + step if goes_on else 0.0)
+        trial = low if trial < low else trial
+        state[TRIAL + lane] = high if trial > high else trial
         state[_STEP + lane] = step if goes_on else before
         state[FITS + lane] = 1.0 if goes_on else 0.0
         state[BEST + lane] = best + (nearest if is_done else 0.0)
