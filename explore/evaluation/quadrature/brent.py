@@ -117,10 +117,11 @@ def _accept(state, signal, sign, resolutions):
 
 
 @subroutine(fast=True)
-def _count_active(state):
+def count_lanes(flags):
+    """The number of lanes with a flag of 1, where others have 0."""
     total = 0.0
     for lane in range(LANES):
-        total += state[ACTIVE + lane]
+        total += flags[lane]
     return total
 
 
@@ -129,7 +130,7 @@ def minimise(fill, constants, shape, anchor, law, variant, needs, row, sign, sta
     """Run Brent's method in all active lanes; BEST and AT_BEST hold the minimum of ``sign * signal``."""
     resolutions = shape[TILE_RESOLUTION:]
     for _ in range(_MOST_STEPS):
-        if _count_active(state) == 0.0:
+        if count_lanes(state[ACTIVE:]) == 0.0:
             break
         _propose(state, resolutions)
         fill_trial_tangents(shape, state, tangents)

@@ -16,6 +16,7 @@ from explore.evaluation.quadrature.brent import (
     HIGH,
     LOW,
     TRIAL,
+    count_lanes,
     fill_trial_tangents,
 )
 from explore.evaluation.quadrature.candidates import divided_differences
@@ -131,27 +132,19 @@ def _accept(state, signal, sign, is_first):
         state[_LEAST + lane] = value if value <= least else least
 
 
-@subroutine(fast=True)
-def _count_fitting(state):
-    total = 0.0
-    for lane in range(LANES):
-        total += state[FITS + lane]
-    return total
-
-
 @subroutine()
 def fit_minimum(fill, constants, shape, anchor, law, variant, needs, row, sign, state, tangents, signals):
     """Look for the minimum of ``sign * signal`` in all lanes that fit; in those that find it Brent's method rests.
 
     DISTANCES of such a lane hold those of its samples from the first one, its candidate, VALUES those of all five.
     """
-    if _count_fitting(state) == 0.0:
+    if count_lanes(state[FITS:]) == 0.0:
         return
     resolutions = shape[TILE_RESOLUTION:]
     _interpolate(state)
     for trials in range(_MOST_TRIALS + 1):
         _propose(state, trials, resolutions)
-        if _count_fitting(state) == 0.0:
+        if count_lanes(state[FITS:]) == 0.0:
             return
         fill_trial_tangents(shape, state, tangents)
         fill(constants, tangents, anchor, law, variant, 1, needs, signals)
