@@ -37,10 +37,10 @@ _SHRINKAGE = 1e-4
 
 # Rows of the state after those of Brent's method: whether the lane is at work, its samples as distances from the
 # candidate and values, which p's coefficients replace; distances of the last and the best trial, the value of the
-# latter, the last step; g at the last trial, and its slope.
+# latter, the last step; g at the last trial, and its slope; where Newton's method starts.
 FITS, DISTANCES, VALUES = BRENT_ROWS * LANES, (BRENT_ROWS + 1) * LANES, (BRENT_ROWS + 5) * LANES
-_LAST, _NEAREST, _LEAST, _STEP, _FACTOR, _GROWTH = ((BRENT_ROWS + 10 + row) * LANES for row in range(6))
-FIT_ROWS = 16
+_LAST, _NEAREST, _LEAST, _STEP, _FACTOR, _GROWTH, _START = ((BRENT_ROWS + 10 + row) * LANES for row in range(7))
+FIT_ROWS = 17
 
 
 @subroutine(no_alias=True)
@@ -52,10 +52,13 @@ def _interpolate(state):
         f0, f1, f2 = state[VALUES + lane], state[VALUES + LANES + lane], state[VALUES + 2 * LANES + lane]
         f3, f4 = state[VALUES + 3 * LANES + lane], state[VALUES + 4 * LANES + lane]
         d01, d02, d03, d04 = divided_differences(f0, f1, f2, f3, f4, y1, y2, y3, y4)
-        state[VALUES + LANES + lane] = d01 - y1 * (d02 - y2 * (d03 - y3 * d04))
-        state[VALUES + 2 * LANES + lane] = d02 - (y1 + y2) * d03 + (y1 * y2 + (y1 + y2) * y3) * d04
-        state[VALUES + 3 * LANES + lane] = d03 - (y1 + y2 + y3) * d04
-        state[VALUES + 4 * LANES + lane] = d04
+        a1, a2 = d01 - y1 * (d02 - y2 * (d03 - y3 * d04)), d02 - (y1 + y2) * d03 + (y1 * y2 + (y1 + y2) * y3) * d04
+        a3, a4 = d03 - (y1 + y2 + y3) * d04, d04
+        state[VALUES + LANES + lane], state[VALUES + 2 * LANES + lane] = a1, a2
+        state[VALUES + 3 * LANES + lane], state[VALUES + 4 * LANES + lane] = a3, a4
+        y = -0.5 * a1 / a2
+        slope = a1 + y * (2.0 * a2 + y * (3.0 * a3 + y * 4.0 * a4))
+        state[_START + lane] = y - 0.5 * slope / (a2 + y * (3.0 * a3 + y * 6.0 * a4))
         state[_LAST + lane] = state[_NEAREST + lane] = state[_FACTOR + lane] = state[_GROWTH + lane] = 0.0
         state[_LEAST + lane], state[_STEP + lane] = f0, state[HIGH + lane] - state[LOW + lane]
 
@@ -91,8 +94,7 @@ def _propose(state, trials, resolutions):
         factor, growth, before = state[_FACTOR + lane], state[_GROWTH + lane], state[_STEP + lane]
         low, high, best, at_best = state[LOW + lane], state[HIGH + lane], state[BEST + lane], state[AT_BEST + lane]
         fits, active = state[FITS + lane], state[ACTIVE + lane]
-        y, bend = _improve(last, last, a1, a2, a3, a4, y1, y2, y3, y4, factor, growth)
-        y, bend = _improve(y, last, a1, a2, a3, a4, y1, y2, y3, y4, factor, growth)
+        y, bend = _improve(state[_START + lane], last, a1, a2, a3, a4, y1, y2, y3, y4, factor, growth)
         y, bend = _improve(y, last, a1, a2, a3, a4, y1, y2, y3, y4, factor, growth)
         is_near = (trials >= _FEWEST_TRIALS) & (abs(before) <= _LAST_STEP * resolutions[lane])
         is_inside = (bend > 0.0) & (best + y > low) & (best + y < high) & (fits != 0.0)
@@ -127,7 +129,7 @@ def _accept(state, signal, sign, is_first):
         factor = (value - (a0 + y * (a1 + y * (a2 + y * (a3 + y * a4))))) / w
         growth = (factor - before) / (y - last)
         state[_FACTOR + lane], state[_GROWTH + lane] = factor, 0.0 if is_first else growth
-        state[_LAST + lane] = y
+        state[_LAST + lane] = state[_START + lane] = y
         state[_NEAREST + lane] = y if value <= least else nearest
         state[_LEAST + lane] = value if value <= least else least
 
