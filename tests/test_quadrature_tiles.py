@@ -181,11 +181,8 @@ def exact_minimum(constants, start, stop, sign):
     return min(float(found.fun), float(values[k]))
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize("count", [12, 40])
-@pytest.mark.parametrize("seed", range(20))
-def test_extremes_of_harmonics(seed, count, sign):
-    """Inside and at the ends of panels, also where two minima are nearly equal."""
+def check_extremes(seed, count, sign):
+    """Against a search of each lane by itself."""
     tile, constants, first, last = random_tile(seed, count=count)
     found = tile.extreme(sign)
     for lane in range(LANES):
@@ -195,10 +192,18 @@ def test_extremes_of_harmonics(seed, count, sign):
         assert found[lane] == pytest.approx(exact, rel=0.0, abs=4e-15)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("count", [12, 40])
+@pytest.mark.parametrize("seed", range(20))
+def test_extremes_of_harmonics(seed, count, sign):
+    """Inside and at the ends of panels, also where two minima are nearly equal."""
+    check_extremes(seed, count, sign)
+
+
 @pytest.mark.parametrize("at", [-0.7, -0.5, 0.0, 0.7])
 @pytest.mark.parametrize("count", [12, 24, 40])
 def test_three_values_of_a_signal_lead_to_an_extreme(count, at):
-    """From samples about it, also beside the ends, and where it is at a sample; Brent's method takes four to six."""
+    """From samples about it, also beside the ends; Brent's method takes four to six."""
     constants, peaks = np.zeros((CONSTANTS, LANES)), np.linspace(-0.3, 0.3, LANES)
     constants[:HARMONICS] = np.array([1.0, 0.5, 0.25])[:, None]
     constants[PHASE:OFFSET] = np.array([1.0, 2.0, 3.0])[:, None] * peaks
@@ -206,6 +211,19 @@ def test_three_values_of_a_signal_lead_to_an_extreme(count, at):
     largest, fills = Tile(constants, 0, first, last, np.full(LANES, 0.9), count, ends=True).search(-1.0)
     assert largest == pytest.approx(np.full(LANES, 1.75), rel=0.0, abs=2e-15)  # sums of three cosines, rounded
     assert fills <= 3
+
+
+@pytest.mark.parametrize(("seed", "sign"), [(492, -1.0), (1378, -1.0), (1387, 1.0), (1419, 1.0)])
+def test_trials_do_not_come_back_to_former_ones(seed, sign):
+    """By polynomials through six nodes with wrong curvatures, two trials in turn may seem to be at the extreme."""
+    check_extremes(seed, 6, sign)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_extremes_between_few_nodes_need_few_values(sign):
+    """Of all lanes at once, of which one that leaves its extreme to Brent's method would take six more."""
+    fills = [random_tile(seed, count=8)[0].search(sign)[1] for seed in range(100)]
+    assert np.mean(fills) < 11.0  # 10 for some two extremes in a lane, of which some are beside ends
 
 
 def double_minima(places, tilt):

@@ -1,9 +1,10 @@
-"""Minima by polynomials through samples: each trial is at the minimum of a polynomial through all points so far.
+"""Minima by polynomials through samples: each trial is at the minimum of one through the samples and former trials.
 
 The first polynomial p is the one of order four through five samples. What a trial differs from it is a multiple of the
-product w of the distances from these samples, p + g w with g constant after one trial and linear after two. Two or
-three trials reach a minimum exact to rounding, where parabolas through three points take six. Lanes whose polynomials
-have no minimum within the bracket, or do not settle, are left to Brent's method.
+product w of the distances from these samples, p + g w with g through the last three trials: constant after one, linear
+after two, then quadratic. Two or three trials reach most minima exact to rounding, where parabolas through three points
+take six. With g through the last two alone, trials may come back to the third last, which would tell nothing new. Lanes
+whose polynomials have no minimum within the bracket, or do not settle, are left to Brent's method.
 """
 
 from explore.base.compiling import LANES
@@ -25,7 +26,7 @@ from explore.evaluation.quadrature.tiles import TILE_RESOLUTION
 #: Number of samples of a lane, the candidate first.
 SAMPLES = 5
 #: Largest number of trials.
-_MOST_TRIALS = 4
+_MOST_TRIALS = 6
 #: Smallest number of trials: by chance the first may not move the minimum.
 _FEWEST_TRIALS = 2
 #: Drop of the polynomial below the best value, over its size, that rounding hides.
@@ -37,10 +38,13 @@ _SHRINKAGE = 1e-4
 
 # Rows of the state after those of Brent's method: whether the lane is at work, its samples as distances from the
 # candidate and values, which p's coefficients replace; distances of the last and the best trial, the value of the
-# latter, the last step; g at the last trial, and its slope; where Newton's method starts.
+# latter, the last step; g at the last trial, its slope to the trial before, the distance of that, half g's curvature;
+# where Newton's method starts.
 FITS, DISTANCES, VALUES = BRENT_ROWS * LANES, (BRENT_ROWS + 1) * LANES, (BRENT_ROWS + 5) * LANES
-_LAST, _NEAREST, _LEAST, _STEP, _FACTOR, _GROWTH, _START = ((BRENT_ROWS + 10 + row) * LANES for row in range(7))
-FIT_ROWS = 17
+_LAST, _NEAREST, _LEAST, _STEP, _FACTOR, _GROWTH, _FORMER, _BOW, _START = (
+    (BRENT_ROWS + 10 + row) * LANES for row in range(9)
+)
+FIT_ROWS = 19
 
 
 @subroutine(no_alias=True)
@@ -60,6 +64,7 @@ def _interpolate(state):
         slope = a1 + y * (2.0 * a2 + y * (3.0 * a3 + y * 4.0 * a4))
         state[_START + lane] = y - 0.5 * slope / (a2 + y * (3.0 * a3 + y * 6.0 * a4))
         state[_LAST + lane] = state[_NEAREST + lane] = state[_FACTOR + lane] = state[_GROWTH + lane] = 0.0
+        state[_FORMER + lane] = state[_BOW + lane] = 0.0
         state[_LEAST + lane], state[_STEP + lane] = f0, state[HIGH + lane] - state[LOW + lane]
 
 
@@ -73,12 +78,12 @@ def _product(y, y1, y2, y3, y4):
 
 
 @subroutine(inlined=True)
-def _improve(y, last, a1, a2, a3, a4, y1, y2, y3, y4, factor, growth):
+def _improve(y, last, former, a1, a2, a3, a4, y1, y2, y3, y4, factor, growth, bow):
     """Take one of Newton's steps for the minimum of the polynomial; half the curvature at y is given too."""
     w, dw, hw = _product(y, y1, y2, y3, y4)
-    g = factor + growth * (y - last)
-    slope = a1 + y * (2.0 * a2 + y * (3.0 * a3 + y * 4.0 * a4)) + g * dw + growth * w
-    bend = a2 + y * (3.0 * a3 + y * 6.0 * a4) + g * hw + growth * dw
+    g, dg = factor + (y - last) * (growth + bow * (y - former)), growth + bow * (2.0 * y - last - former)
+    slope = a1 + y * (2.0 * a2 + y * (3.0 * a3 + y * 4.0 * a4)) + g * dw + dg * w
+    bend = a2 + y * (3.0 * a3 + y * 6.0 * a4) + g * hw + dg * dw + bow * w
     return y - 0.5 * slope / bend, bend
 
 
@@ -92,10 +97,11 @@ def _propose(state, trials, resolutions):
         a3, a4 = state[VALUES + 3 * LANES + lane], state[VALUES + 4 * LANES + lane]
         last, nearest, least = state[_LAST + lane], state[_NEAREST + lane], state[_LEAST + lane]
         factor, growth, before = state[_FACTOR + lane], state[_GROWTH + lane], state[_STEP + lane]
+        former, bow = state[_FORMER + lane], state[_BOW + lane]
         low, high, best, at_best = state[LOW + lane], state[HIGH + lane], state[BEST + lane], state[AT_BEST + lane]
         fits, active = state[FITS + lane], state[ACTIVE + lane]
-        y, bend = _improve(state[_START + lane], last, a1, a2, a3, a4, y1, y2, y3, y4, factor, growth)
-        y, bend = _improve(y, last, a1, a2, a3, a4, y1, y2, y3, y4, factor, growth)
+        y, bend = _improve(state[_START + lane], last, former, a1, a2, a3, a4, y1, y2, y3, y4, factor, growth, bow)
+        y, bend = _improve(y, last, former, a1, a2, a3, a4, y1, y2, y3, y4, factor, growth, bow)
         is_near = (trials >= _FEWEST_TRIALS) & (abs(before) <= _LAST_STEP * resolutions[lane])
         is_inside = (bend > 0.0) & (best + y > low) & (best + y < high) & (fits != 0.0)
         is_done = is_inside & is_near & (bend * (y - nearest) * (y - nearest) <= _DROP * abs(least))
@@ -115,8 +121,8 @@ def _propose(state, trials, resolutions):
 
 
 @subroutine(no_alias=True)
-def _accept(state, signal, sign, is_first):
-    """Take the values at the trial points."""
+def _accept(state, signal, sign, trials):
+    """Take the values at the trial points, before which there were so many."""
     for lane in range(LANES):
         y1, y2 = state[DISTANCES + lane], state[DISTANCES + LANES + lane]
         y3, y4 = state[DISTANCES + 2 * LANES + lane], state[DISTANCES + 3 * LANES + lane]
@@ -128,7 +134,9 @@ def _accept(state, signal, sign, is_first):
         w, _, _ = _product(y, y1, y2, y3, y4)
         factor = (value - (a0 + y * (a1 + y * (a2 + y * (a3 + y * a4))))) / w
         growth = (factor - before) / (y - last)
-        state[_FACTOR + lane], state[_GROWTH + lane] = factor, 0.0 if is_first else growth
+        bow = (growth - state[_GROWTH + lane]) / (y - state[_FORMER + lane])
+        state[_FACTOR + lane], state[_GROWTH + lane] = factor, growth if trials > 0 else 0.0
+        state[_FORMER + lane], state[_BOW + lane] = last, bow if trials > 1 else 0.0
         state[_LAST + lane] = state[_START + lane] = y
         state[_NEAREST + lane] = y if value <= least else nearest
         state[_LEAST + lane] = value if value <= least else least
@@ -150,4 +158,4 @@ def fit_minimum(fill, constants, shape, anchor, law, variant, needs, row, sign, 
             return
         fill_trial_tangents(shape, state, tangents)
         fill(constants, tangents, anchor, law, variant, 1, needs, signals)
-        _accept(state, signals[row * LANES :], sign, trials == 0)
+        _accept(state, signals[row * LANES :], sign, trials)
