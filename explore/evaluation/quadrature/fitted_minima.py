@@ -23,8 +23,6 @@ from explore.evaluation.quadrature.brent import (
 from explore.evaluation.quadrature.candidates import divided_differences
 from explore.evaluation.quadrature.tiles import TILE_RESOLUTION
 
-#: Number of samples of a lane, the candidate first.
-SAMPLES = 5
 #: Largest number of trials.
 _MOST_TRIALS = 6
 #: Smallest number of trials: by chance the first may not move the minimum.
