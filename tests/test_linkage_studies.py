@@ -194,6 +194,16 @@ def test_damaged_studies_of_results_are_said(results):
             mechanism_of(Altered(config))
 
 
+def test_a_parameter_with_bounds_is_solved_for_beside_a_sketch(folder):
+    """The sketch is of the middle of the bounds."""
+    solved = '{ solve = "stroke", value = 50, min = 20, max = 30 }'
+    results = sweep_text(folder, STUDY.replace("r = [30, 20]", f"r = {solved}"), workers=1)
+    frame = results.to_pandas()
+    # The stroke of a slider-crank without offset is 2 r.
+    assert frame["r"][0] == pytest.approx(25.0, rel=1e-9)
+    assert frame["guide_position_peak_to_peak"].to_numpy() == pytest.approx(50.0, rel=1e-9)
+
+
 def test_mistakes_of_studies(folder):
     study, naming = folder / "study.toml", folder / "naming.toml"
     study.write_text(STUDY.replace("l = 100", "l = 100\nll = 3\nr2 = 4").replace('"l"', '"l + q"'))
@@ -212,6 +222,8 @@ def test_mistakes_of_studies(folder):
         "study.toml:25: parameters.r2: nothing in [linkage] uses it; did you mean 'r'?",
         "study.toml:26: parameters.e: start = 30 is above stop = 20; swap them",
     ]
+    study.write_text(STUDY.replace("l = 100", 'l = "x"'))
+    assert problems_of(study) == ["study.toml:23: parameters.l: 'x' is not a number with a unit, such as \"10 mm\""]
     table = TABLE.partition("[linkage.sketch]")[0] + '[linkage.branch]\nB = "far"\n'
     text = f'mechanism = "linkage"\n{table}{PARAMETERS}[constraints]\nzzz = {{ min = 1 }}\n'
     study.write_text(text.replace("l = 100", ""))

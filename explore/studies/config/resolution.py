@@ -107,14 +107,14 @@ def resolve_study(
     if mechanism is None:
         return None
     method = sampling.method if sampling else ""
-    noted = {key for key, _ in problems}  # with the linkage
-    used = {name: entry for name, entry in study.parameters.items() if ("parameters", name) not in noted}
-    mechanism, parameters = read_points(mechanism, study.points, used, method, problems)
+    noted = {key for key, _ in problems if key[0] == "parameters" and len(key) > 1}  # with the linkage
+    mechanism, parameters = read_points(mechanism, study.points, study.parameters, method, problems)
     mechanism = add_target_section(mechanism, study.target, folder, problems)
     n_before = len(problems)
     asked = _arguments(entries.evaluate, study)
     space = read_space(mechanism, parameters, sampling, folder, problems, table_problems, asked)
-    problems[n_before:] = [(key_of_coordinate(mechanism, key), reason) for key, reason in problems[n_before:]]
+    found = [(key, reason) for key, reason in problems[n_before:] if key[:2] not in noted]
+    problems[n_before:] = [(key_of_coordinate(mechanism, key), reason) for key, reason in found]
     has_nonzero = {axis.name: axis.has_nonzero for axis in space.axes} if space is not None else None
     prescribed = space.solved_length.metric.name if isinstance(space, SolvedSpace) else ""
     question = _question(mechanism, entries, has_nonzero, prescribed, problems)

@@ -163,8 +163,6 @@ def rough_values(
 def _rough_value(entry: object, unit: str) -> float | None:
     """The value that stands for all of an entry of [parameters]; None where it has none."""
     if isinstance(entry, Mapping):
-        if "value" in entry:  # the parameter is solved for
-            return None
         ends = [quantity(entry[end], unit) for end in ("start", "stop", "min", "max") if end in entry]
         if len(ends) != 2:
             return None
