@@ -126,7 +126,7 @@ class Model:
             return np.deg2rad(row.name), self.values.get("speed", 1.0), 0.0
         if f"{link}_velocity" not in row:
             return 0.0, 0.0, 0.0  # it slides on the frame
-        # The angle of a link that turns fully is blank: two of its points have it.
+        # Two of its points have the angle.
         points = self.table.body_of[link].points[:2]
         (own, other), (here, there) = (
             [place_of(place, self.values) for _, place in points],

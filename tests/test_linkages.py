@@ -81,15 +81,16 @@ def test_statistics_equal_the_reference(name):
         assert row[metric] == pytest.approx(expected, abs=1e-12 * size), metric
 
 
-def test_signals_of_a_simulation_equal_the_reference():
-    case = CASES["crank-shaper"]
+@pytest.mark.parametrize(("name", "columns"), [("crank-shaper", {"ram_position"}), ("whitworth", {"link_velocity"})])
+def test_signals_of_a_simulation_equal_the_reference(name, columns):
+    case = CASES[name]
     motion = explore.simulate(linkage_of(case), values_of(case), angles=[float(a) for a in case["at"]])
     for degrees, reference in case["at"].items():
         row = motion.loc[float(degrees)]
         for name, value in reference.items():
             if name in motion:
                 assert row[name] == pytest.approx(float(value), rel=1e-12, abs=1e-11), (degrees, name)
-    assert {"ram_position", "lever_angle", "S_transmission_angle", "D_curvature"} <= set(motion)
+    assert {"lever_angle", "S_transmission_angle", "D_curvature", *columns} <= set(motion)
 
 
 def test_a_blocked_linkage_is_simulated_where_it_assembles():
@@ -293,6 +294,28 @@ def test_a_link_that_turns_fully_has_rates_but_no_statistics_of_its_angle():
     assert row["status"] == 8
     assert math.isnan(row["lever_angle_mean"])
     assert row["lever_velocity_mean"] == pytest.approx(1.0, rel=1e-12)  # a turn of the lever for one of the crank
+
+
+@pytest.mark.parametrize("ground", [40.0, -40.0])
+def test_angles_of_links_that_turn_fully_go_on_over_turns(ground):
+    """Both links of a drag link, against the built-in one without whole turns, and against themselves a turn later."""
+    lengths = {"r1": 100.0, "r2": 100.0, "r3": 90.0, "r4": ground}
+    angles = np.array([-400.0, -10.0, 0.0, 75.0, 180.0, 350.0, 360.0, 435.0, 795.0])
+    motion = explore.simulate(Linkage(FOUR_BAR), lengths | {"speed": 1.0}, angles=angles)
+    for link in ("coupler", "rocker"):
+        found = motion[f"{link}_angle"]
+        assert -180.0 < found[0.0] <= 180.0
+        assert found[435.0] - found[75.0] == pytest.approx(360.0, rel=1e-14)
+        assert found[795.0] - found[75.0] == pytest.approx(720.0, rel=1e-14)
+        # the angle turns by the integral of its rate
+        steps = np.linspace(0.0, 180.0, 257)[:-1] + 90.0 / 256
+        mean = explore.simulate(Linkage(FOUR_BAR), lengths | {"speed": 1.0}, angles=steps)[f"{link}_velocity"].mean()
+        assert found[180.0] - found[0.0] == pytest.approx(180.0 * mean, abs=1e-2)
+    if ground > 0.0:
+        other = {"crank": 100.0, "coupler": 100.0, "rocker": 90.0, "ground": 40.0, "branch": 1}
+        wanted = explore.simulate("crank-rocker", other, angles=angles)["rocker_angle"]
+        apart = np.remainder(motion["rocker_angle"] - wanted + 180.0, 360.0)
+        assert apart.to_numpy() == pytest.approx(180.0, abs=1e-12)
 
 
 def test_a_link_that_turns_quickly_at_a_crank_angle_has_an_angle():

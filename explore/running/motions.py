@@ -1,6 +1,7 @@
 """The motion of one design, by the closed form or by another method with its errors measured."""
 
 import warnings
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray
 from explore.model.status import Status
 from explore.model.window import Window
+from explore.running.turning_angles import turning_angles
 from explore.studies.request.names import make_window
 from explore.studies.request.parameters import read_value
 from explore.studies.request.requests import make_request
@@ -170,6 +172,16 @@ def _closed_form(
     """Rows of the signals at input angles in degrees, shape (s, t)."""
     geometry = np.array([[inputs[p.name]] for p in mechanism.kernel_parameters])
     constants = np.ascontiguousarray(mechanism.constants(geometry, interval)[:, 0])
+    signals = _fill(mechanism, constants, input_angle)
+    part = interval or mechanism.limits
+    ends = (float(part.start), float(part.stop)) if part else (0.0, _TURN)
+    for row, angles in turning_angles(mechanism, constants, input_angle, ends, partial(_fill, mechanism)).items():
+        signals[row] = angles
+    return signals
+
+
+def _fill(mechanism: Mechanism, constants: FloatArray, input_angle: FloatArray) -> FloatArray:
+    """Rows of the signals of one design, from its constants."""
     input_angle = np.fmod(input_angle, 360.0)  # whole turns are exact in degrees, and would not be in radians
     # The offset from the anchor or its opposite, whichever is nearer, keeps all digits of sine and cosine; half turns
     # are taken off first, because the offset of an angle beside the opposite would be rounded.
