@@ -8,6 +8,7 @@ them and known bodies: groups of class III and IV of Assur. What is left then is
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -282,15 +283,16 @@ class _Search:
         """Raise an error unless every link is posed and every equation is used, once."""
         rest = [body.name for body in self._table.links if body.name not in self._posed]
         freedoms = count_freedoms(self._table)
-        words = " and ".join(filter(None, [", ".join(rest[:-1]), *rest[-1:]]))
-        if freedoms > 0 and rest:
+        placed = _part(self._table, [body for body in self._table.links if body.name in self._posed])
+        # What holds the placed links too often is missing nowhere else.
+        free = freedoms - min(count_freedoms(placed), 0)
+        words = _listed(rest)
+        if free > 0 and rest:
             verb = "moves" if len(rest) == 1 else "move"
             hint = "a pin joins links that name the same point; look for a point that only one link names"
-            raise TableError(
-                rest[0], f"{words} {verb} freely: {freedoms} joint equation{'s' * (freedoms > 1)} too few; {hint}"
-            )
+            raise TableError(rest[0], f"{words} {verb} freely: {free} joint equation{'s' * (free > 1)} too few; {hint}")
         if freedoms < 0:
-            raise self._too_many(-freedoms)
+            raise self._too_many()
         if rest:
             reason = (
                 "form a group that no dyad solves; of such groups those of two links with two bars or slots, "
@@ -300,7 +302,7 @@ class _Search:
             )
             raise TableError(rest[0], f"{words} {reason}")
 
-    def _too_many(self, count: int) -> TableError:
+    def _too_many(self) -> TableError:
         """The error of more equations than freedoms; it names what the linkage moves without, if that is one thing."""
         table = self._table
         less = [(slot.name, replace(table, slots=_without(table.slots, slot))) for slot in reversed(table.slots)]
@@ -311,11 +313,48 @@ class _Search:
         ]
         for name, other in less:
             with suppress(TableError):
-                if count_freedoms(other) == 0 and find_steps(other):
+                if count_freedoms(other) == 0 and _is_joined(other) and find_steps(other):
                     return TableError(name, f"{name} holds what the other joints hold already; leave it out")
+        held = _held_too_often(table)
+        names, count = [body.name for body in held.links], -count_freedoms(held)
+        verb = "is" if len(names) == 1 else "are"
         equations = f"{count} joint equation{'s' * (count > 1)}"
-        name = table.links[0].name
-        return TableError(name, f"the links are held by {equations} too many; leave out what is redundant")
+        reason = f"{_listed(names)} {verb} held by {equations} too many; leave out what is redundant"
+        return TableError(names[0], reason)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+
+
+def _part(table: LinkageTable, links: Iterable[Body]) -> LinkageTable:
+    """Some links of a table, with the frame and what joins these."""
+    part = replace(table, links=tuple(links))
+    bodies, points = {body.name for body in part.bodies}, set(part.points)
+    slots = tuple(slot for slot in table.slots if slot.body in bodies and slot.pin in points)
+    slides = tuple(slide for slide in table.slides if slide.link in bodies and slide.body in bodies)
+    return replace(part, slots=slots, slides=slides)
+
+
+def _held_too_often(table: LinkageTable) -> LinkageTable:
+    """The part of a table with too many equations that these are of."""
+    for link in table.links:
+        other = _part(table, _without(table.links, link))
+        if count_freedoms(other) <= count_freedoms(table):
+            return _held_too_often(other)
+    return table
+
+
+def _is_joined(table: LinkageTable) -> bool:
+    """Whether each link has two joints or more."""
+    slides = [name for slide in table.slides for name in (slide.link, slide.body)]
+    return all(
+        sum(len(table.bodies_at(point)) > 1 for point, _ in body.points)
+        + sum(slot.body == body.name or slot.pin in body.place_of for slot in table.slots)
+        + slides.count(body.name)
+        > 1
+        for body in table.links
+    )
 
 
 _Item = TypeVar("_Item", Body, Slot)
