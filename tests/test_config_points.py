@@ -218,6 +218,8 @@ def test_python_says_what_is_wrong_with_points():
         explore.evaluate("crank-rocker", design, points=["knife"], metrics=["knife_x_max"])
     with pytest.raises(explore.RequestError, match="5 points are named; at most 4 are possible"):
         explore.evaluate("crank-rocker", design, points=list("abcde"))
+    with pytest.raises(explore.RequestError, match="points: must be a list of names, .* got {'a': \\[1, 2\\]}$"):
+        explore.evaluate("crank-rocker", design, points={"a": [1, 2]})
     with pytest.raises(explore.RequestError, match="the point 'a': two points have this name"):
         explore.evaluate("crank-rocker", design, points=["a", "a"])
     with pytest.raises(explore.RequestError, match="the point knife needs along and across"):

@@ -1,6 +1,6 @@
 """Points of a floating link by name: those of a study, of a request and of results."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from explore.base.errors import RequestError
 from explore.base.suggest import format_value
@@ -12,6 +12,10 @@ from explore.studies.request.user_names import reason_against_name
 
 def add_points(mechanism: Mechanism, points: Sequence[str]) -> Mechanism:
     """The mechanism with points of its floating link; a `RequestError` says why it cannot have them."""
+    if isinstance(points, str | Mapping) or not isinstance(points, Iterable):
+        wanted = 'a list of names, such as ["P"], whose places are the parameters P_along and P_across'
+        raise RequestError(f"points: must be {wanted}, got {format_value(points)}")
+    points = tuple(points)
     reason = reason_against_points(mechanism, len(points))
     if reason:
         raise RequestError(reason)
@@ -19,7 +23,7 @@ def add_points(mechanism: Mechanism, points: Sequence[str]) -> Mechanism:
         reason = reason_against_point(mechanism, point, points[:number])
         if reason:
             raise RequestError(f"the point {format_value(point)}: {reason}")
-    return mechanism.with_points(tuple(points))
+    return mechanism.with_points(points)
 
 
 def reason_against_points(mechanism: Mechanism, count: int) -> str:
