@@ -4,7 +4,6 @@ The second road knows no dyads: Newton's iteration on the equations of all joint
 Lagrange multipliers with which the generalised forces of loads and inertia are in balance.
 """
 
-import math
 import random
 import tomllib
 from importlib.resources import files
@@ -41,8 +40,8 @@ def classic(name, rng):
     return table, values
 
 
-def random_loads(rng, joints, row):
-    """Loads of all kinds, each on some parts of the linkage, which has a row of its motion without them."""
+def random_loads(rng, joints, motion):
+    """Loads of all kinds, each on some parts of the linkage, which has rows of its motion without them a turn apart."""
     some = lambda items, share=0.4: [item for item in items if rng.random() < share]  # noqa: E731
     moving = [point for point in joints.owners if point not in joints.bodies["frame"]]
     swinging = [link for link in joints.links if list(joints.links).index(link) != joints.driver // 3]
@@ -56,8 +55,9 @@ def random_loads(rng, joints, row):
     }
     between = [*map(list, rng.sample(pairs, 1)), *some(joints.slots)]
     driver = list(joints.links)[joints.driver // 3]
-    angles = {link: row.get(f"{link}_angle", math.nan) for link in swinging}
-    coils = {link: angle + rng.uniform(-40, 40) for link, angle in angles.items() if math.isfinite(angle)}
+    # a coil on a link that turns fully has no rest
+    ends = {link: motion[f"{link}_angle"].iloc[[0, -1]].to_numpy() for link in swinging if f"{link}_angle" in motion}
+    coils = {link: first + rng.uniform(-40, 40) for link, (first, last) in ends.items() if abs(last - first) < 1.0}
     return {
         "gravity": [rng.uniform(-10, 10), rng.uniform(-10, 10)],
         "masses": masses | {point: rng.uniform(0.1, 2) for point in some(moving)},
@@ -161,7 +161,8 @@ def test_random_loads_are_balanced_by_the_multipliers_of_all_joints(name):
     speed, angle, linkage = rng.uniform(2, 20), rng.uniform(*table.get("range", (0, 360))), explore.Linkage(table)
     own = {parameter.name for parameter in linkage.mechanism.parameters} & values.keys()
     given = {key: values[key] for key in own} | {"speed": speed}
-    loads = random_loads(rng, joints, explore.simulate(linkage, given, angles=[angle]).iloc[0])
+    turn = [angle] if "range" in table else [angle, angle + 360.0]
+    loads = random_loads(rng, joints, explore.simulate(linkage, given, angles=turn))
     if name in GROUPED:
         loads["friction"] = dict.fromkeys(joints.slots, 0.1)
     row = explore.simulate(explore.Linkage(table | {"loads": loads}), given, angles=[angle]).iloc[0]

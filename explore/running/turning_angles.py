@@ -9,7 +9,7 @@ from explore.mechanisms.linkages.table import PREFIX, LinkageTable
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import FloatArray
 
-#: Crank angles between those at which the direction of a link is followed, per turn.
+#: Number of crank angles, from one end to the other, at which the direction of a link is followed.
 _NODES = 4096
 #: Largest turn of a link from one of these to the next, rad.
 _LARGEST_STEP = 1.0
