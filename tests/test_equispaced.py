@@ -15,8 +15,8 @@ from test_quadrature_tiles import (
     PHASE,
     double_minima,
     exact_minimum,
-    extremes,
     fill_harmonics,
+    search,
     value,
 )
 from toy_mechanism import PEAK, Row
@@ -148,7 +148,7 @@ def extremes_of_turn(constants, sign, count):
     fill_harmonics(constants.reshape(-1), tangents, 0, 0, 0, count, 0, signals[size:])
     repeat_turn(signals, 2, count)
     _, row_of, table = gauss_legendre_rules()
-    return extremes(constants.reshape(-1), shape, 0, sign, count, table, row_of[count], signals)
+    return search(constants.reshape(-1), shape, 0, sign, count, table, row_of[count], signals)[0]
 
 
 @pytest.mark.parametrize("count", [12, 16, 20])

@@ -298,8 +298,8 @@ def test_a_worker_has_the_kernel_of_the_request(mechanism, design, others):
 
 def test_names_are_collected_once(monkeypatch):
     """Another request with the same points does not go through all names of metrics again."""
-    find_mechanism("crank-rocker", "PQRS")
+    find_mechanism("crank-rocker", list("PQRS"))
 
     monkeypatch.setattr(Mechanism, "metric_names", None)
 
-    assert find_mechanism("crank-rocker", "PQRS").points == tuple("PQRS")
+    assert find_mechanism("crank-rocker", list("PQRS")).points == tuple("PQRS")

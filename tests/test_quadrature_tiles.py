@@ -62,7 +62,7 @@ def find_minima(fill, anchor, sign, count, table, rule, samples, tile):
     find_minimum(fill, 2, anchor, 0, 0, 0, 0, sign, count, table, rule, samples, tile)
 
 
-def extremes(constants, shape, anchor, sign, count, table, rule, signals):
+def search(constants, shape, anchor, sign, count, table, rule, signals):
     """Smallest values of harmonics in each lane of a tile for a positive sign, else the largest, and the fills."""
     _, tile, _ = make_work_space(Sizes(CONSTANTS, 0, CONSTANTS, CONSTANTS, 2, -1, -1, 0), 0)
     tile.constants[:], tile.shape[:] = constants, shape
@@ -122,7 +122,7 @@ class Tile:
 
     def search(self, sign):
         """The extremes, and how many nodes of all lanes were filled for them."""
-        return extremes(self.constants, self.shape, self.anchor, sign, self.count, self.table, self.rule, self.signals)
+        return search(self.constants, self.shape, self.anchor, sign, self.count, self.table, self.rule, self.signals)
 
 
 def random_tile(seed, *, count=40, ends=True, same=()):
