@@ -39,6 +39,8 @@ def intervals_of_gears(count, seed=0):
         start = int(rng.integers(-90, 270))
         stop = start + int(10.0 ** rng.uniform(0.0, 2.47))
         signal = "overall_ratio" if number % 10 == 9 else str(rng.choice(SIGNALS))
+        if signal == "driven_angle" and start // 360 != (stop - 1) // 360:
+            stop = 360 * (start // 360 + 1)  # it begins again there
         if signal == "overall_ratio":
             mean, square, low, high = map(mp.mpf, Drive(exact).statistics(np.radians(start), np.radians(stop)))
         else:
