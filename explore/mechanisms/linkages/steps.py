@@ -8,12 +8,12 @@ them and known bodies: groups of class III and IV of Assur. What is left then is
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 from explore.base.errors import RequestError
+from explore.mechanisms.linkages.freedoms import count_freedoms, held_too_often, is_joined, part_of, without
 from explore.mechanisms.linkages.group_steps import PoseGroup, find_group
 from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slide, Slot, carrier
 
@@ -138,13 +138,6 @@ def find_steps(table: LinkageTable) -> tuple[Step, ...]:
         If links move freely, are held twice, or form a group that no dyad solves.
     """
     return _Search(table).run()
-
-
-def count_freedoms(table: LinkageTable) -> int:
-    """The mobility less 1 for the driver: 0 for a linkage that moves as the driver does."""
-    table = table.pinned
-    pins = sum(2 * (len(table.bodies_at(point)) - 1) for point in table.points)
-    return 3 * len(table.links) - pins - len(table.slots) - 2 * len(table.slides) - (table.driver in table.body_of)
 
 
 class _Search:
@@ -283,7 +276,7 @@ class _Search:
         """Raise an error unless every link is posed and every equation is used, once."""
         rest = [body.name for body in self._table.links if body.name not in self._posed]
         freedoms = count_freedoms(self._table)
-        placed = _part(self._table, [body for body in self._table.links if body.name in self._posed])
+        placed = part_of(self._table, [body for body in self._table.links if body.name in self._posed])
         # What holds the placed links too often is missing nowhere else.
         free = freedoms - min(count_freedoms(placed), 0)
         words = _listed(rest)
@@ -305,17 +298,17 @@ class _Search:
     def _too_many(self) -> TableError:
         """The error of more equations than freedoms; it names what the linkage moves without, if that is one thing."""
         table = self._table
-        less = [(slot.name, replace(table, slots=_without(table.slots, slot))) for slot in reversed(table.slots)]
+        less = [(slot.name, replace(table, slots=without(table.slots, slot))) for slot in reversed(table.slots)]
         less += [
-            (link.name, replace(table, links=_without(table.links, link)))
+            (link.name, replace(table, links=without(table.links, link)))
             for link in reversed(table.links)
             if link.name != table.driver and link.name not in {slot.body for slot in table.slots}
         ]
         for name, other in less:
             with suppress(TableError):
-                if count_freedoms(other) == 0 and _is_joined(other) and find_steps(other):
+                if count_freedoms(other) == 0 and is_joined(other) and find_steps(other):
                     return TableError(name, f"{name} holds what the other joints hold already; leave it out")
-        held = _held_too_often(table)
+        held = held_too_often(table)
         names, count = [body.name for body in held.links], -count_freedoms(held)
         verb = "is" if len(names) == 1 else "are"
         equations = f"{count} joint equation{'s' * (count > 1)}"
@@ -325,40 +318,3 @@ class _Search:
 
 def _listed(names: Sequence[str]) -> str:
     return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
-
-
-def _part(table: LinkageTable, links: Iterable[Body]) -> LinkageTable:
-    """Some links of a table, with the frame and what joins these."""
-    part = replace(table, links=tuple(links))
-    bodies, points = {body.name for body in part.bodies}, set(part.points)
-    slots = tuple(slot for slot in table.slots if slot.body in bodies and slot.pin in points)
-    slides = tuple(slide for slide in table.slides if slide.link in bodies and slide.body in bodies)
-    return replace(part, slots=slots, slides=slides)
-
-
-def _held_too_often(table: LinkageTable) -> LinkageTable:
-    """The part of a table with too many equations that these are of."""
-    for link in table.links:
-        other = _part(table, _without(table.links, link))
-        if count_freedoms(other) <= count_freedoms(table):
-            return _held_too_often(other)
-    return table
-
-
-def _is_joined(table: LinkageTable) -> bool:
-    """Whether each link has two joints or more."""
-    slides = [name for slide in table.slides for name in (slide.link, slide.body)]
-    return all(
-        sum(len(table.bodies_at(point)) > 1 for point, _ in body.points)
-        + sum(slot.body == body.name or slot.pin in body.place_of for slot in table.slots)
-        + slides.count(body.name)
-        > 1
-        for body in table.links
-    )
-
-
-_Item = TypeVar("_Item", Body, Slot)
-
-
-def _without(items: tuple[_Item, ...], item: _Item) -> tuple[_Item, ...]:
-    return tuple(each for each in items if each is not item)
