@@ -166,7 +166,7 @@ _EXTENDED = Mechanism(
         "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
-    kernel_version="21",
+    kernel_version="22",
     table=_TABLE,
     exact=exact_four_bar,
     n_constants=ExtendedRow.STATUS,

@@ -96,7 +96,7 @@ TEST_RIG = Mechanism(
     ),
     default_metrics={"": (*(metric.name for metric in _METRICS), *_SAMPLED_DEFAULTS)},
     objectives=("pin_force_peak", "velocity_thd", "size"),
-    kernel_version="15",
+    kernel_version="16",
     table=four_bar_table(),
     exact=exact_four_bar,
     n_constants=Row.STATUS,

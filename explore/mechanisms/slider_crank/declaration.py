@@ -164,7 +164,7 @@ _EXTENDED = Mechanism(
         "cycle": (*_CLOSED_NAMES, *_SAMPLED_DEFAULTS[1:], "slider_velocity_rms"),
     },
     objectives=("cv", "slider_acceleration_peak", "pressure_angle_max"),
-    kernel_version="18",
+    kernel_version="19",
     table=TABLE,
     exact=exact_slider_crank,
     n_constants=ExtendedRow.STATUS,
