@@ -12,11 +12,9 @@ from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value
 from explore.base.units.quantities import quantity
 from explore.evaluation.propagation import Bounded, propagate
-from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, Place, constant
+from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, Place, constant, joined
 from explore.model.expressions import Expression, run
 from explore.studies.request.formula_text import ANGULAR, MOST_CHARACTERS, parse_formula
-
-Steps = tuple[tuple[str, float], ...]
 
 _POLAR = ("radius", "angle")
 _FORMS = 'a number, an expression, [x, y] or { radius = "r", angle = 30 }'
@@ -61,41 +59,17 @@ def read_amount(entry: object, key: KeyPath, problems: Problems, unit: str) -> C
 
 def turned(place: Place, angle: Coordinate, key: KeyPath, problems: Problems) -> Place:
     """A place turned about the origin by an angle, deg."""
-    (x, y), (cosine, sine) = place, (_of_angle(angle, function) for function in ("cos", "sin"))
-    along, across = _joined_by("*", x, cosine), _joined_by("*", x, sine)
+    (x, y), (cosine, sine) = place, (joined(function, angle) for function in ("cos", "sin"))
+    along, across = x * cosine, x * sine
     if y != ZERO:
-        along = _joined_by("-", along, _joined_by("*", y, sine))
-        across = _joined_by("+", across, _joined_by("*", y, cosine))
+        along, across = along - y * sine, across + y * cosine
     return _checked(along, key, problems), _checked(across, key, [])  # the two have the same problems
 
 
 def moved(place: Place, by: Place, operation: str) -> Place:
     """The sum (operation "+") or the difference ("-") of two places."""
-    x, y = (one if other == ZERO else _joined_by(operation, one, other) for one, other in zip(place, by, strict=True))
+    x, y = (one if other == ZERO else joined(operation, one, other) for one, other in zip(place, by, strict=True))
     return x, y
-
-
-def _of_angle(angle: Coordinate, function: str) -> Coordinate:
-    return Coordinate(angle.names, (*angle.steps, (function, 0.0)))
-
-
-def _joined_by(operation: str, first: Coordinate, second: Coordinate) -> Coordinate:
-    """An operation of two coordinates, which is not checked yet."""
-    names = tuple(dict.fromkeys((*first.names, *second.names)))
-    return Coordinate(names, (*_with_inputs(first, names), *_with_inputs(second, names), (operation, 0.0)))
-
-
-def _with_inputs(coordinate: Coordinate, names: tuple[str, ...]) -> Steps:
-    """Its steps with positions among other names, and without negative numbers, which no formula has."""
-    steps: list[tuple[str, float]] = []
-    for operation, operand in coordinate.steps:
-        if operation == "input":
-            steps.append((operation, float(names.index(coordinate.names[int(operand)]))))
-        elif operation == "number" and operand < 0.0:
-            steps += [(operation, -operand), ("negate", 0.0)]
-        else:
-            steps.append((operation, operand))
-    return tuple(steps)
 
 
 def _coordinate(
