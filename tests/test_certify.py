@@ -565,15 +565,12 @@ def test_another_mechanism_is_refused():
 
 
 def test_metrics_without_a_road_are_open():
-    lengths = [PUBLISHED]
-    metrics = ["cv", "drive_torque_max", "pin_force_peak"]
-    options = {"window": "drive"}
-    columns = {name: np.array([length]) for name, length in zip(LENGTHS, PUBLISHED, strict=True)}
-    table = explore.evaluate("crank-rocker", columns | {"opposing_torque": np.array([1.0])}, metrics=metrics, **options)
-    assert len(lengths) == len(table) == 1
-    (proof,) = certified(table.to_dict(orient="records"), metrics, **options).values()
-    names = ("drive_torque", "pin_force_peak")
-    assert proof.open == [f"{name} cannot be certified: no enclosure is implemented" for name in names]
+    """Sizes by rules of strength; the velocity of the rocker beside them is proved."""
+    metrics, mechanism = ["rocker_velocity_max", "pin_diameter"], find_mechanism("test-rig")
+    designs = dict(zip(LENGTHS, PUBLISHED, strict=True)) | {"opposing_torque": 1.0, "allowed_shear": 60.0}
+    (row,) = explore.evaluate("test-rig", designs, metrics=metrics).astype(float).to_dict(orient="records")
+    ((proof, _),) = certify_designs(make_request(mechanism, metrics=metrics), {0: row}, [], is_front=False).values()
+    assert proof.open == ["pin_diameter cannot be certified: no enclosure is implemented"]
     assert proof.verdict == "open"
 
 

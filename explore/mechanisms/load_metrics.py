@@ -18,6 +18,11 @@ def largest(*values: FloatArray) -> FloatArray:
     return result
 
 
+def largest_magnitude(low: FloatArray, high: FloatArray) -> FloatArray:
+    """The largest magnitude of a signal, from its extremes."""
+    return np.maximum(np.abs(low), np.abs(high))
+
+
 def _work(mean_power: FloatArray, speed: FloatArray) -> FloatArray:
     return mean_power * (2.0 * math.pi / speed)
 

@@ -140,6 +140,9 @@ class Declaration:
     table
         The table of the planar linkage that it is, for `explore.mechanisms.linkages`, by its parameters and the names
         of its drawing; None for a mechanism that no table says.
+    table_signals
+        Function of the equations of the table and of its signals that returns those that have other names here, or are
+        none of it. None where there are none.
     exact
         Function of parameters that are fractions that returns what is known of a design without rounding; angles of
         links are then between -180 and 180 deg. None where status and marks follow from the table.
@@ -190,6 +193,7 @@ class Declaration:
     target: Target | None = None
     given: tuple[GivenMetric, ...] = ()
     table: Hashable = None
+    table_signals: Callable[[Any, Mapping[str, Any]], dict[str, Any]] | None = None
     called: str = ""
     exact: Callable[[Mapping[str, Any]], ExactDesign] | None = None
 

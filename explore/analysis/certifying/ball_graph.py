@@ -5,7 +5,7 @@ The numbers of a table become inputs before the graph is traced, so that no oper
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -14,7 +14,7 @@ from flint import acb, arb, arb_series
 
 from explore.analysis.certifying.ball_programs import TERMS, Program, coefficients
 from explore.analysis.certifying.balls import UnprovedError
-from explore.mechanisms.linkages.coordinate import Coordinate
+from explore.mechanisms.linkages.coordinate import ZERO, Coordinate
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.graph import Number
 from explore.mechanisms.linkages.quantity import Quantity
@@ -22,6 +22,8 @@ from explore.mechanisms.linkages.signals import find_quantities
 from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import LinkageTable
 
+#: Function that returns signals of a mechanism by those of its table, as `Declaration.table_signals`.
+Names = Callable[[Equations, Mapping[str, Quantity]], dict[str, Quantity]]
 #: Beginning of the names of inputs that are numbers.
 _NUMBER = "="
 #: Largest number of tables whose graphs are kept.
@@ -29,10 +31,29 @@ _MOST_KEPT = 16
 
 
 @lru_cache(_MOST_KEPT)
-def trace(table: LinkageTable) -> TracedTable:
-    """The graph of a linkage."""
-    equations = Equations(_with_inputs(table), find_steps(table))
-    return TracedTable(equations, {each.signal.name: each for each in find_quantities(equations)}, {})
+def trace(table: LinkageTable, none: frozenset[str] = frozenset(), named: Names | None = None) -> TracedTable:
+    """The graph of a linkage; the loads that these parameters are, are 0, and other signals have names too."""
+    loads = table.loads and _with_none(table.loads, none)
+    equations = Equations(_with_inputs(replace(table, loads=loads)), find_steps(table))
+    equations.graph.is_exact = True
+    own = {each.signal.name: each for each in find_quantities(equations)}
+    return TracedTable(equations, own | named(equations, own) if named else own, {})
+
+
+def _with_none(value: Any, none: frozenset[str]) -> Any:
+    """The same parts of loads with 0 in place of each of these parameters."""
+    if isinstance(value, Coordinate):
+        return ZERO if len(value.steps) == 1 and {*value.names} & none else value
+    return _each(value, lambda part: _with_none(part, none))
+
+
+def _each(value: Any, function: Callable[[Any], Any]) -> Any:
+    """Nested parts of a table with a function of each."""
+    if isinstance(value, tuple):
+        return tuple(map(function, value))
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{each.name: function(getattr(value, each.name)) for each in fields(value)})
+    return value
 
 
 def _with_inputs(value: Any) -> Any:
@@ -47,11 +68,7 @@ def _with_inputs(value: Any) -> Any:
             else:
                 steps.append((operation, operand))
         return Coordinate(tuple(names), tuple(steps))
-    if isinstance(value, tuple):
-        return tuple(map(_with_inputs, value))
-    if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{each.name: _with_inputs(getattr(value, each.name)) for each in fields(value)})
-    return value
+    return _each(value, _with_inputs)
 
 
 @dataclass(frozen=True)
@@ -73,8 +90,9 @@ class TracedTable:
 class BallGraph:
     """The graph of a linkage of exact parameters, at the precision that is set."""
 
-    def __init__(self, table: LinkageTable, parameters: Mapping[str, Any]) -> None:
-        self._traced, self._parameters = trace(table), parameters
+    def __init__(self, table: LinkageTable, parameters: Mapping[str, Any], named: Names | None = None) -> None:
+        none = frozenset(name for name in table.load_names if parameters.get(name) == 0)  # not those of curves
+        self._traced, self._parameters = trace(table, none, named), parameters
         self.equations, self.quantities = self._traced.equations, self._traced.quantities
 
     def function(
@@ -124,8 +142,8 @@ class Function:
         """The numbers at an angle, rad; no finite ones where they are undefined or, in a box, not analytic."""
         sine, cosine = angle.sin_cos()
         if isinstance(angle, acb):
-            return self.program.of_boxes(cosine, sine, *(angle / 2).sin_cos(), *self.known)
-        return self.program.of_numbers(cosine, sine, *self.known)
+            return self.program.of_boxes(cosine, sine, angle, *(angle / 2).sin_cos(), *self.known)
+        return self.program.of_numbers(cosine, sine, angle, *self.known)
 
     def value(self, angle: Any) -> Any:
         """The first number at an angle."""
@@ -133,7 +151,7 @@ class Function:
 
     def expanded(self, angle: arb) -> Sequence[arb_series | arb]:
         """The numbers as power series about an angle."""
-        return self.program.of_series(*_cosine_and_sine(angle), *self.known)
+        return self.program.of_series(*_inputs_at(angle), *self.known)
 
     def series(self, angle: arb) -> list[list[arb]]:
         """Taylor coefficients of each number about an angle."""
@@ -142,7 +160,7 @@ class Function:
     def pairs_over(self, middle: arb, half: arb) -> Sequence[tuple[arb_series | arb, arb_series | arb]]:
         """The numbers as power series about an angle, and about all angles near it."""
         offset = arb(0, half.upper())
-        inputs = (*_cosine_and_sine(middle), *_cosine_and_sine(middle + offset))
+        inputs = (*_inputs_at(middle), *_inputs_at(middle + offset))
         return self.program.of_cells(offset, *inputs, *self.known)
 
     def series_over(self, middle: arb, half: arb) -> list[list[arb]]:
@@ -153,10 +171,11 @@ class Function:
         ]
 
 
-def _cosine_and_sine(angle: arb) -> tuple[arb_series, arb_series]:
-    """Cosine and sine as power series about an angle."""
+def _inputs_at(angle: arb) -> tuple[arb_series, arb_series, arb_series]:
+    """Cosine, sine and the angle itself as power series about an angle."""
     s, c = angle.sin_cos()
     return (
         arb_series([c, -s, -c / 2, s / 6, c / 24][:TERMS], TERMS),
         arb_series([s, c, -s / 2, -c / 6, s / 24][:TERMS], TERMS),
+        arb_series([angle, 1], TERMS),
     )

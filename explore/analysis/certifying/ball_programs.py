@@ -26,7 +26,17 @@ from explore.analysis.certifying.analytic import (
 )
 from explore.analysis.certifying.balls import UnprovedError
 from explore.analysis.certifying.functions import BINARY, UNARY
-from explore.mechanisms.linkages.graph import ANGLE, COSINE, SENSES, SINE, VERSINES, Graph, Number, operands
+from explore.mechanisms.linkages.graph import (
+    ANGLE,
+    COSINE,
+    INPUT_ANGLE,
+    SENSES,
+    SINE,
+    VERSINES,
+    Graph,
+    Number,
+    operands,
+)
 
 #: Number of coefficients of power series.
 TERMS = 5
@@ -36,9 +46,10 @@ _SYMBOLS = {"add": "+", "exact_sum": "+", "sub": "-", "mul": "*", "div": "/"}
 _OF_BALLS = {"neg": "-{}", "sqrt": "{}.sqrt()", "arctangent": "angle({}, {})"}
 #: Operations that are written otherwise, of series.
 _OF_SERIES = {"neg": "-{}", "sqrt": "root({})", "div": "divide({}, {})", "arctangent": "angle_series({}, {})"}
-#: Inputs that follow from cosine and sine of the angle, which have these names after that of their side.
+#: Inputs that follow from the angle, its cosine and its sine, which have these names after that of their side.
 _OF_ANGLE = {
-    COSINE: "{0}c", SINE: "{0}s", **dict(zip(VERSINES, ("1 - {0}c", "1 - {0}s", "1 + {0}c", "1 + {0}s"), strict=True)),
+    COSINE: "{0}c", SINE: "{0}s", INPUT_ANGLE: "{0}a",
+    **dict(zip(VERSINES, ("1 - {0}c", "1 - {0}s", "1 + {0}c", "1 + {0}s"), strict=True)),
 }  # fmt: skip
 #: Inputs 1 - cos(angle - k pi/2) by the sine h and the cosine g of half the angle, as squares, which are narrow.
 _BY_HALVES = ("2 * th * th", "(th - tg) * (th - tg)", "2 * tg * tg", "(th + tg) * (th + tg)")
@@ -128,7 +139,7 @@ class Program:
 
     def _of_angle(self, forms: dict[str, str], others: Sequence[str] = ()) -> Callable[..., Any]:
         lines = [f"    t{k} = {self._expression(k, forms, 't')}" for k in self._moving]
-        return _written(["tc", "ts", *others, *self._arguments], lines, self._results("t"))
+        return _written(["tc", "ts", "ta", *others, *self._arguments], lines, self._results("t"))
 
     @cached_property
     def of_cells(self) -> Callable[..., tuple[tuple[arb_series, arb_series], ...]]:
@@ -146,7 +157,7 @@ class Program:
                     tight.add(j)
             lines += [f"    {side}{k} = {self._expression(k, _OF_SERIES, side)}" for side in "mw"]
         pairs = zip(self._results("m"), self._results("w"), strict=True)
-        arguments = ["offset", "mc", "ms", "wc", "ws", *self._arguments]
+        arguments = ["offset", "mc", "ms", "ma", "wc", "ws", "wa", *self._arguments]
         return _written(arguments, lines, [f"({m}, {w})" for m, w in pairs])
 
     @cached_property

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from functools import reduce
 
+import numpy as np
 from flint import arb, fmpq
 
 from explore.analysis.certifying.balls import Enclosure, UnprovedError, exact
@@ -12,7 +13,7 @@ from explore.analysis.certifying.targets import TargetErrors
 from explore.base.errors import RequestError
 from explore.mechanisms.linkages.declared import table_of
 from explore.mechanisms.linkages.metrics import REACH_NAMES
-from explore.mechanisms.load_metrics import WORK_FORMULAS
+from explore.mechanisms.load_metrics import WORK_FORMULAS, largest, largest_magnitude
 from explore.mechanisms.targets.measures import TargetMeasure
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import (
@@ -28,8 +29,8 @@ from explore.model.status import Status
 
 #: Works of the drive in a turn, which follow from its mean power.
 _WORKS = tuple(formula.name for formula in WORK_FORMULAS)
-#: Metrics, without the end "_interval", that are the largest of sampled ones.
-_LARGEST = ("swing_angle", "stroke", "pin_force_peak")
+#: Functions of formulas that take the largest of metrics, of their magnitudes, or a single one.
+_LARGEST = (largest, largest_magnitude, np.positive)
 
 
 def require_table(mechanism: Mechanism) -> None:
@@ -145,11 +146,12 @@ class Certificate:
 
     def _derived(self, metric: DerivedMetric) -> Enclosure | None:
         name = metric.formula.name
-        sampled = [source for source in metric.inputs if isinstance(source, SampledMetric)]
+        sampled = [source for source in metric.inputs if isinstance(source, SampledMetric | DerivedMetric)]
         # The largest of some is not that of all.
-        if name.removesuffix("_interval") in _LARGEST and len(sampled) == len(metric.inputs):
+        if metric.formula.function in _LARGEST and len(sampled) == len(metric.inputs):
             sources = [self.enclose(source) for source in sampled]
             balls = [source.ball for source in sources if source]
+            balls = [abs(ball) for ball in balls] if metric.formula.function is largest_magnitude else balls
             return Enclosure.of(reduce(arb.max, balls)) if len(balls) == len(sources) else None
         if name in _WORKS:
             (power,) = (self.enclose(source) for source in metric.inputs if isinstance(source, SampledMetric))

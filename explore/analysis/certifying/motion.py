@@ -6,18 +6,19 @@ from fractions import Fraction
 from functools import cached_property, reduce
 from typing import cast
 
-from flint import arb, ctx, fmpq
+from flint import arb, fmpq
 
 from explore.analysis.certifying.arcs import Arc, angle_of_mark, driven_arc, extremes, full_turn, interval, window_arc
 from explore.analysis.certifying.ball_graph import BallGraph, Function
 from explore.analysis.certifying.balls import UnprovedError, exact
+from explore.analysis.certifying.constants import constant_of, same_value
 from explore.analysis.certifying.fluctuations import fluctuation
 from explore.analysis.certifying.means import arc_means, turn_means
 from explore.analysis.certifying.pieces import Piece, cut_pieces
 from explore.analysis.certifying.subdivision import ExtremeSearch, sign_changes
 from explore.analysis.certifying.turning import Turning
 from explore.mechanisms.linkages.declared import table_of
-from explore.mechanisms.linkages.graph import Number
+from explore.mechanisms.linkages.graph import GREATEST_PLACE, LEAST_PLACE, Number
 from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.statuses import CANNOT_ASSEMBLE, NO_STROKES, blocked_at
 from explore.mechanisms.linkages.table import LinkageTable
@@ -48,7 +49,7 @@ class Motion:
     def __init__(self, parameters: Mapping[str, float | fmpq], request: Request) -> None:
         self._parameters, self._request, self._mechanism = parameters, request, request.mechanism
         self.table = cast(LinkageTable, table_of(self._mechanism))  # `certificate.require_table`
-        self.graph = BallGraph(self.table, parameters)
+        self.graph = BallGraph(self.table, parameters, self._mechanism.table_signals)
         self.exact: ExactDesign | None = None
         if self._mechanism.exact is not None:
             self.exact = self._mechanism.exact({p: exact(parameters[p]) for p in self.table.moving_names})
@@ -155,8 +156,9 @@ class Motion:
         return self.graph.function([*place, *direction], None, point)
 
     def _references(self, quantity: Quantity) -> dict[str, arb]:
-        """Inputs that tell the turns of links apart."""
-        inputs: dict[str, arb] = {}
+        """Inputs that tell the turns of links apart, and the ends of the stroke where loads follow from them."""
+        ends = self._ends_of_output if quantity.signal.needs_stroke else ()
+        inputs = dict(zip((LEAST_PLACE, GREATEST_PLACE), ends, strict=False))
         for link in quantity.links:
             middle = arb(0 if self.exact else self._followed.middle_of(link))
             parts = (middle, middle.cos(), middle.sin())
@@ -194,9 +196,10 @@ class Motion:
             return self._extremes_between(signal, arc, self.function(quantity))
         pieces = self._pieces(quantity, window)
         is_turn = arc.is_turn and len(pieces) == 1
-        constant = _constant(quantity.number, pieces[0].function)
+        constant = constant_of(quantity.number, pieces[0].function)
         found = [constant] if constant else [
             (piece.value, piece.value) if piece.is_tiny else
+            same_value(piece.function, piece.start, piece.stop, _too_close(quantity)) or
             ExtremeSearch(piece.function, signal.name, piece.start, piece.stop, is_turn).extremes()
             for piece in pieces
         ]  # fmt: skip
@@ -278,6 +281,12 @@ class Motion:
             return abs(mean) * share, square * share
         return mean, square
 
+    @cached_property
+    def _ends_of_output(self) -> tuple[arb, arb]:
+        """Least and greatest place of the output over the whole motion, mm or rad."""
+        place = f"{self.table.output}_{'angle' if self.table.output in self.table.body_of else 'position'}"
+        return self.low_and_high(self.graph.quantities[place].signal, self._mechanism.whole_motion)
+
     # several linkages behind clutches
 
     @cached_property
@@ -298,18 +307,3 @@ class Motion:
 
 def _too_close(quantity: Quantity) -> str:
     return f"{quantity.signal.name} is too close to a singularity for a proof of its mean"
-
-
-def _constant(number: Number, function: Function) -> tuple[arb, arb] | None:
-    """A number that is the same at all angles, twice; None for others.
-
-    A trigonometric polynomial of order n that is the same at 2 n + 1 equal steps is so everywhere; what its values
-    differ by is enlarged by at most their number.
-    """
-    if not math.isfinite(number.order):
-        return None
-    count = 2 * int(number.order) + 1
-    first, *others = [function.value(2 * arb.pi() * k / count) for k in range(count)]
-    spread = sum((abs(other - first).upper() for other in others), arb(0))
-    value = first + arb(0, spread.upper())
-    return (value, value) if value.rad() <= value.abs_upper() * arb(2) ** -(ctx.prec // 2) else None

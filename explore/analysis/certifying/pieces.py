@@ -4,18 +4,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from flint import arb, ctx
+from flint import arb
 
 from explore.analysis.certifying.arcs import Arc
 from explore.analysis.certifying.ball_graph import BallGraph, Function
 from explore.analysis.certifying.balls import UndecidedError, UnprovedError
-from explore.analysis.certifying.subdivision import sign_changes
+from explore.analysis.certifying.subdivision import Cell, sign_changes, tiny
 from explore.mechanisms.linkages.graph import Number, operands
 
 #: Largest number of branches: zeros of the decision of each are looked for.
 _MOST_BRANCHES = 20
-#: Largest number of halvings of a radian that tiny pieces are long: constants of a graph have 105 bits.
-_MOST_HALVINGS = 80
 #: A sign that is not known.
 _EITHER = arb(0, 1)
 
@@ -78,22 +76,36 @@ def _divide(decision: Function, name: str, part: _Part, *, is_known: bool) -> It
     `is_known`: it is 0 at both ends and nowhere between.
     """
     if part.is_tiny:
-        yield part, _EITHER
+        yield part, _sign(decision, part.start.union(part.stop)) or _EITHER
         return
-    near = arb(2) ** -min(ctx.prec // 2, _MOST_HALVINGS)
-    ends = [part.start, part.stop]
+    near, ends = tiny(), [part.start, part.stop]
     inner = [
         end if is_known or _sign(decision, end) else end + step for end, step in zip(ends, (near, -near), strict=True)
     ]
-    places = [] if is_known else [place for place, _ in sign_changes(decision, name, *inner)]
-    for first, last in pairwise([inner[0], *sorted(places, key=arb.mid), inner[1]]):
+    left: list[Cell] = []
+    places = [] if is_known else [(place, place) for place, _ in sign_changes(decision, name, inner[0], inner[1], left)]
+    cuts = sorted([*places, *_joined(left)], key=lambda cut: arb.mid(cut[0]))
+    for (_, first), (last, end) in pairwise([(inner[0], inner[0]), *cuts, (inner[1], inner[1])]):
         if not (sign := _sign(decision, ((first + last) / 2).mid())):
             raise UndecidedError
         yield replace(part, start=first, stop=last), sign
+        if end is not last:
+            yield replace(part, start=last, stop=end, is_tiny=True), _EITHER
     for end, other in zip(ends, inner, strict=True):
         if other is not end:
             first, last = (end, other) if end is part.start else (other, end)
             yield replace(part, start=first, stop=last, is_tiny=True), _EITHER
+
+
+def _joined(cells: list[Cell]) -> list[tuple[arb, arb]]:
+    """The ends of cells, of those side by side once."""
+    joined: list[tuple[arb, arb]] = []
+    for cell in sorted(cells, key=lambda cell: cell.middle.mid()):
+        low, high = cell.middle - cell.half, cell.middle + cell.half
+        if joined and not joined[-1][1] < low:
+            low, _ = joined.pop()
+        joined.append((low, high))
+    return joined
 
 
 def _sign(decision: Function, angle: arb) -> int:

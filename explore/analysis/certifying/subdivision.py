@@ -16,6 +16,8 @@ _FIRST_CELLS = 24
 MOST_CELLS = 2000
 #: Largest radius of an extreme that is no peak, over its size, as a power of 2.
 _NARROW = -80
+#: Largest number of halvings of a radian that tiny cells are long.
+_MOST_HALVINGS = 80
 #: Largest number of steps of Newton's method.
 _MOST_STEPS = 12
 
@@ -63,10 +65,13 @@ def over_cell(terms: Sequence[arb], half: arb) -> tuple[arb, arb, arb]:
     return value, slope, bend
 
 
-def sign_changes(function: Expandable, name: str, start: arb, stop: arb) -> list[tuple[arb, bool]]:
+def sign_changes(
+    function: Expandable, name: str, start: arb, stop: arb, left: list[Cell] | None = None
+) -> list[tuple[arb, bool]]:  # fmt: skip
     """Where the first function changes its sign in an arc, at whose ends it does not, and whether it rises there.
 
-    `UnprovedError` names the function where that is not decided.
+    Tiny cells in which that is not decided, as where it touches 0, are appended to `left`, if it is given. Else, and
+    where many cells do not decide it, `UnprovedError` names the function.
     """
     waiting, count, found = cells_of(start, stop), 0, []
     while waiting:
@@ -84,8 +89,16 @@ def sign_changes(function: Expandable, name: str, start: arb, stop: arb) -> list
                 continue
         if count > MOST_CELLS:
             raise UnprovedError(f"where {name} is 0 is not decided by {MOST_CELLS} cells")
-        waiting += cell.halves()
+        if left is not None and cell.half < tiny():
+            left.append(cell)
+        else:
+            waiting += cell.halves()
     return found
+
+
+def tiny() -> arb:
+    """The length below which parts of an arc need no sign, rad: constants of a graph have 105 bits."""
+    return arb(2) ** -min(ctx.prec // 2, _MOST_HALVINGS)
 
 
 def _zero(function: Expandable, cell: Cell, slope: arb) -> arb:

@@ -11,7 +11,7 @@ from explore.mechanisms.four_bar_exact import exact_four_bar
 from explore.mechanisms.four_bar_forces import LOADED_SIGNAL_ROWS, Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
-from explore.mechanisms.four_bar_table import four_bar_table
+from explore.mechanisms.four_bar_table import four_bar_table, signals_of_four_bar
 from explore.mechanisms.linkages.added_points import with_points
 from explore.mechanisms.linkages.motions import declare_targets_of_link
 from explore.mechanisms.prescribed_strokes import lengths_of_swing
@@ -168,6 +168,7 @@ _EXTENDED = Mechanism(
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
     kernel_version="22",
     table=_TABLE,
+    table_signals=signals_of_four_bar,
     exact=exact_four_bar,
     n_constants=ExtendedRow.STATUS,
     rows=ExtendedRow,

@@ -16,7 +16,7 @@ from explore.base.units.quantities import unit_factor
 from explore.mechanisms.linkages.coordinate import Coordinate
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import read_expression
-from explore.mechanisms.linkages.graph import COSINE, GREATEST_PLACE, LEAST_PLACE, SINE, Number
+from explore.mechanisms.linkages.graph import COSINE, GREATEST_PLACE, INPUT_ANGLE, LEAST_PLACE, SENSES, SINE, Number
 from explore.mechanisms.linkages.load_table import CRANK_ANGLE, FROM_LEAST, TO_GREATEST, Curve
 from explore.mechanisms.linkages.table import LinkageTable
 
@@ -59,6 +59,11 @@ def _crank_angle(equations: Equations, middle: float) -> Number:
     cosine, sine = (
         read_expression(graph, Coordinate((), (("number", middle), (function, 0.0)))) for function in ("cos", "sin")
     )
+    if graph.is_exact:
+        angle, unit = graph.input(INPUT_ANGLE), unit_factor("deg", "rad")
+        ends = (graph.constant((Fraction(middle) + Fraction(end)) * unit) for end in (-_HALF_TURN, _HALF_TURN))
+        turns = sum(((angle - end).call(SENSES[0]) for end in ends), graph.constant(0.0))
+        return angle - graph.constant(Fraction(_HALF_TURN) * unit) * turns
     x, y = graph.input(COSINE), graph.input(SINE)
     angle = (y * cosine - x * sine).call("arctangent", x * cosine + y * sine)
     return angle + graph.constant(Fraction(middle) * unit_factor("deg", "rad"))
@@ -92,7 +97,7 @@ def value_of_curve(equations: Equations, curve: Curve, place: Number) -> Number:
         else:
             value = value + way * graph.constant(m)
     # No value is below the least one; where it is 0, neither by rounding.
-    return value.call("maximum", graph.constant(min(ys)))
+    return value if graph.is_exact else value.call("maximum", graph.constant(min(ys)))
 
 
 def _slopes(steps: Sequence[Fraction], chords: Sequence[Fraction]) -> list[Fraction]:

@@ -25,6 +25,8 @@ ANGLE = 2
 COSINE = "@cos"
 #: Input of the sine of the input angle.
 SINE = "@sin"
+#: Input of the input angle itself, rad, which only a graph that is exact has.
+INPUT_ANGLE = "@angle"
 #: Inputs of 1 - cos(theta - k pi/2), k = 0 ... 3, of the input angle theta, as sums of positive terms.
 VERSINES = ("@versine0", "@versine1", "@versine2", "@versine3")
 
@@ -49,10 +51,11 @@ class Graph:
 
     A node is ("constant", value, rest), ("input", name), or an operation and the numbers of its operands. The rest of a
     constant is what its value is rounded by, rounded; of some only the value is known: then `has_rounded_constants`.
+    What only sees to rounding is left out of a graph that `is_exact`, as one in balls.
     """
 
     def __init__(self) -> None:
-        self.has_rounded_constants = False
+        self.has_rounded_constants = self.is_exact = False
         self.nodes: list[Node] = []
         self.levels: list[int] = []
         self._numbers: dict[Node, int] = {}

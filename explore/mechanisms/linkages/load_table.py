@@ -26,13 +26,16 @@ class Mass:
     centroid
         A point of the link, or a place in its coordinates; that of a mass at a point is the point.
     inertia
-        Moment of inertia about the centroid, kg m^2.
+        Moment of inertia, kg m^2.
+    about
+        Point of the link about which the moment of inertia is; the centroid if empty.
     """
 
     owner: str
     mass: Coordinate
     centroid: str | Place
     inertia: Coordinate
+    about: str = ""
 
 
 @dataclass(frozen=True)

@@ -161,6 +161,10 @@ class Loading:
         self.on_bodies[mass.owner].append(((place[0].terms[0], place[1].terms[0]), (x, y)))
         first, second = equations.turning_of(mass.owner)
         inertia = self._amount(mass.inertia)
+        if mass.about and not isinstance(mass.centroid, str):  # parallel axes
+            pivot = equations.table.body_of[mass.owner].place_of[mass.about]
+            arms = [self._read(c) - self._read(p) for c, p in zip(mass.centroid, pivot, strict=True)]
+            inertia = inertia - amount * (self._meters * self._meters) * (arms[0] * arms[0] + arms[1] * arms[1])
         self._turn(mass.owner, -(inertia * square * second), first)
 
     def _push(self, point: str, force: Local) -> None:

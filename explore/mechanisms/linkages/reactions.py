@@ -226,6 +226,8 @@ class Reactions(JointForces):
         """The force across a slot with friction, from that without, and from C/D."""
         coefficient, sense = self._friction[slot.name]
         self.lock_ratios[slot.name] = ratio * coefficient
+        if coefficient.value == 0.0:
+            return smooth
         ratio = ratio * coefficient * sense
         if slot.name in self._sizes:
             return smooth + ratio * self._sizes[slot.name]

@@ -179,6 +179,11 @@ class LinkageTable:
         return frozenset([*_names(parts), *(name for _, name in self.branches)])
 
     @cached_property
+    def load_names(self) -> frozenset[str]:
+        """The parameters that only the loads depend on."""
+        return frozenset(_names(self.loads)) - self.moving_names
+
+    @cached_property
     def digest(self) -> str:
         """A hash of everything that the motion, its signals and their names follow from."""
         *others, limits, loads, branches, starts = [_plain(getattr(self, field.name)) for field in fields(self)]

@@ -11,7 +11,7 @@ import numpy as np
 
 from explore.mechanisms import sizing
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS
-from explore.mechanisms.load_metrics import largest
+from explore.mechanisms.load_metrics import largest, largest_magnitude
 from explore.model.quantities import OMITTED, FloatArray, Formula, Parameter
 
 _MM = 1e3  # N mm per N m
@@ -43,10 +43,6 @@ SIZING_PARAMETERS = (
     _sizing_parameter("built_pin", "mm", "diameter of the pins as built"),
     _sizing_parameter("built_shaft", "mm", "diameter of the eccentric shaft as built"),
 )
-
-
-def _peak(low: FloatArray, high: FloatArray) -> FloatArray:
-    return np.maximum(np.abs(low), np.abs(high))
 
 
 def _distortion(variance: FloatArray, deviation: FloatArray, cosine: FloatArray, sine: FloatArray) -> FloatArray:
@@ -130,7 +126,7 @@ _PEAKS = tuple(
         f"largest magnitude of {words}",
         "min",
         (f"{name}_min", f"{name}_max"),
-        _peak,
+        largest_magnitude,
         selects_one=True,
     )
     for name, unit, words in (

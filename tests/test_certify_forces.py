@@ -1,0 +1,112 @@
+"""Certificates of forces: of mechanisms with kernels of their own by their tables, and of loads along curves."""
+
+import numpy as np
+import pytest
+from test_certify_linkages import proofs_of, rows_of
+from test_linkage_curves import OVER, SHAPES, VALUES, curved
+
+import explore
+from explore.mechanisms.linkages.declaration import linkage_mechanism
+from explore.studies.request.names import find_mechanism
+
+FOUR_BAR = {"crank": 50.0, "coupler": [200.0, 150.0], "rocker": [120.0, 100.0], "ground": [180.0, 160.0], "speed": 30.0}
+SLIDER_CRANK = {"crank": 50.0, "rod": [200.0, 150.0], "offset": [20.0, -30.0], "speed": 30.0}
+TORQUES = ("drive_torque_rms", "positive_work", "net_work", "energy_fluctuation", "pin_force_peak")
+OF_FOUR_BAR = (
+    "coupler_force_peak", "rocker_axial_force_min", "rocker_moment_rms", "pin_force_rms", "power_max", *TORQUES,
+)  # fmt: skip
+OF_SLIDER_CRANK = ("thrust_peak", "guide_force_min", "crank_pin_force_rms", "drive_power_max", *TORQUES)
+#: Designs, metrics and all loads of mechanisms whose forces have kernels of their own.
+CASES_OF_KERNELS = {
+    "crank-rocker": (FOUR_BAR, OF_FOUR_BAR),
+    "test-rig": (FOUR_BAR, OF_FOUR_BAR),
+    "slider-crank": (SLIDER_CRANK, OF_SLIDER_CRANK),
+}
+LOADS = {
+    "four-bar": {
+        "constant_torque": 3.0, "opposing_torque": 4.0, "stiffness": 2.0, "damping": 0.3, "inertia": 0.02,
+        "crank_mass": 1.0, "coupler_mass": 0.5, "rocker_mass": 0.7, "crank_centroid": 0.3, "coupler_centroid": 0.6,
+        "rocker_centroid": -0.2, "coupler_inertia": 0.01, "rocker_inertia": 0.02, "gravity": 9.0,
+    },
+    "slider-crank": {
+        "constant_force": -200.0, "opposing_force": 30.0, "stiffness": 500.0, "damping": 10.0, "mass": 1.0,
+        "friction": 0.2, "gravity": 9.0, "crank_mass": 2.0, "crank_centroid": 0.4, "rod_mass": 1.0,
+        "rod_centroid": 0.7, "rod_inertia": 0.01,
+    },
+}  # fmt: skip
+
+
+def loads_of(name):
+    return LOADS.get(name, LOADS["four-bar"])
+
+
+def verdicts_of(name, designs, metrics, **options):
+    """Verdicts on the rows of designs, and on those with each metric wrong by 1e-7 of its size."""
+    rows = explore.evaluate(name, designs, metrics=metrics, window="cycle", **options).astype(float)
+    rows = rows.to_dict(orient="records")
+    false = [row | {metric: row[metric] * (1.0 + 1e-7) for metric in metrics} for row in rows]
+    proofs = proofs_of(find_mechanism(name), [*rows, *false], metrics, window="cycle", **options)
+    return proofs[: len(rows)], proofs[len(rows) :]
+
+
+@pytest.mark.parametrize(
+    ("name", "branch"), [("crank-rocker", 1.0), ("crank-rocker", -1.0), ("test-rig", None), ("slider-crank", None)]
+)
+def test_forces_of_kernels_are_those_of_their_tables(name, branch):
+    """All loads together; the graph knows nothing of the kernels. Metrics that are wrong are named."""
+    designs, metrics = CASES_OF_KERNELS[name]
+    designs = designs | loads_of(name) | ({"branch": branch} if branch else {})
+    true, false = verdicts_of(name, designs, metrics)
+    assert true == [("proved", "")] * 2
+    for verdict, reason in false:
+        assert verdict == "refuted"
+        assert [metric for metric in metrics if f"{metric} " not in reason] == []
+
+
+@pytest.mark.parametrize("load", [*LOADS["four-bar"], *LOADS["slider-crank"]])
+def test_each_load_alone_is_proved(load):
+    """Beside a mass where it needs one; others are none, so that no sign of what is 0 is asked for."""
+    name = "crank-rocker" if load in LOADS["four-bar"] else "slider-crank"
+    alone = {load: loads_of(name)[load]}
+    if load.endswith(("centroid", "gravity")) or load == "friction":
+        owner = {"gravity": "rocker_mass"}.get(load, load.replace("centroid", "mass").replace("friction", "mass"))
+        alone |= {owner: 0.5}
+    designs = {key: np.atleast_1d(value)[0] for key, value in CASES_OF_KERNELS[name][0].items()}
+    (row,), _ = verdicts_of(name, designs | alone, ("drive_torque_rms", "net_work", "pin_force_peak"))
+    assert row == ("proved", ""), (load, row)
+
+
+def test_a_force_that_stays_the_same_is_proved_from_its_variance():
+    """The thrust of a constant force; a proof by cells does not end, as no cell tells that its slope is 0."""
+    (row, other), false = verdicts_of("slider-crank", SLIDER_CRANK | {"constant_force": -300.0}, ("thrust_peak",))
+    assert row == other == ("proved", "")
+    assert [verdict for verdict, _ in false] == ["refuted"] * 2
+
+
+def test_a_power_that_touches_zero_is_proved():
+    """The power into a damper alone is 0 at both ends of the stroke, and nowhere negative."""
+    (row, _), false = verdicts_of("slider-crank", SLIDER_CRANK | {"damping": 30.0}, ("positive_work", "net_work"))
+    assert row == ("proved", "")
+    assert [verdict for verdict, _ in false] == ["refuted"] * 2
+
+
+#: Curves that begin where the output turns back, and that rest at their least value.
+AT_ENDS = {
+    "begins": ("from_least", [[0.0, 100.0], [20.0, 700.0], [60.0, 0.0]]),
+    "rests": ("from_least", [[0.0, 0.0], [20.0, 0.0], [60.0, 500.0]]),
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("over", [*OVER, *AT_ENDS])
+def test_loads_along_curves_are_proved(over, shape):
+    """Also at the ends of the stroke, which place and corner touch, and over crank angles, where the curve jumps."""
+    entry, points = (OVER | AT_ENDS)[over]
+    metrics = ["drive_torque_rms", "drive_torque_max", "positive_work", "net_work", "energy_fluctuation"]
+    linkage = curved(entry, points, shape, masses={"S": 2.0})
+    (row,) = rows_of(linkage, VALUES, metrics, window="cycle")
+    false = row | {metric: row[metric] + 1e-6 * row["drive_torque_rms"] for metric in metrics}
+    proved, (verdict, reason) = proofs_of(linkage_mechanism(linkage.table), [row, false], metrics, window="cycle")
+    assert proved == ("proved", "")
+    assert verdict == "refuted"
+    assert all(f"{metric} " in reason for metric in metrics)
