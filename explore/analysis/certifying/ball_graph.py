@@ -22,7 +22,7 @@ from explore.mechanisms.linkages.signals import find_quantities
 from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import LinkageTable
 
-#: Function that returns signals of a mechanism by those of its table, as `Declaration.table_signals`.
+#: Kind of functions that name numbers of a table as signals, `Declaration.table_signals`.
 Names = Callable[[Equations, Mapping[str, Quantity]], dict[str, Quantity]]
 #: Beginning of the names of inputs that are numbers.
 _NUMBER = "="

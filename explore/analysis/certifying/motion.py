@@ -81,7 +81,7 @@ class Motion:
         """The status by signs of what is exact, or of balls."""
         if self.exact is None:
             status = int(Status.OK) if self._part_that_moves else self._turning.status
-            lacks_strokes = status == Status.OK and self._request.needs_stroke and len(self._reversals) != 2
+            lacks_strokes = status == Status.OK and self._request.needs_stroke and len(self.reversals) != 2
             return NO_STROKES if lacks_strokes else status
         own = self._mechanism.statuses.get(self.exact.status)
         computes = own is not None and own.lacks_strokes and not self._request.needs_stroke
@@ -106,7 +106,7 @@ class Motion:
     # marks and windows
 
     @cached_property
-    def _reversals(self) -> list[tuple[arb, bool]]:
+    def reversals(self) -> list[tuple[arb, bool]]:
         """Where the output turns back, and whether forwards then."""
         rate, turn = self._mechanism.signal(self._mechanism.output_signals[""]), full_turn()
         return sign_changes(self.function(self.quantity(rate)), rate.name, turn.start, turn.stop)
@@ -116,7 +116,7 @@ class Motion:
         """Input angles of the marks, rad."""
         if self.exact is not None:
             return {name: angle_of_mark(mark) for name, mark in self.exact.marks.items()}
-        return {"least" if rises else "greatest": angle for angle, rises in self._reversals}
+        return {"least" if rises else "greatest": angle for angle, rises in self.reversals}
 
     def _arc(self, window: Window) -> Arc:
         if window.kind == "turn":
@@ -145,9 +145,10 @@ class Motion:
         return self.graph.function([number], self._references(quantity), quantity.signal.name)
 
     @property
-    def output_angle(self) -> Function:
-        """The angle of the output, a link, rad."""
-        return self.function(self.graph.quantities[f"{self.table.output}_angle"])
+    def output_place(self) -> Quantity:
+        """The angle of the output, a link, or its position along a slot."""
+        is_link = self.table.output in self.table.body_of
+        return self.graph.quantities[f"{self.table.output}_{'angle' if is_link else 'position'}"]
 
     def place(self, point: str, link: str = "") -> Function:
         """The coordinates of a point that moves, mm, and those of the direction of a link, if one is named."""
@@ -284,8 +285,7 @@ class Motion:
     @cached_property
     def _ends_of_output(self) -> tuple[arb, arb]:
         """Least and greatest place of the output over the whole motion, mm or rad."""
-        place = f"{self.table.output}_{'angle' if self.table.output in self.table.body_of else 'position'}"
-        return self.low_and_high(self.graph.quantities[place].signal, self._mechanism.whole_motion)
+        return self.low_and_high(self.output_place.signal, self._mechanism.whole_motion)
 
     # several linkages behind clutches
 

@@ -9,7 +9,7 @@ from flint import arb
 from explore.analysis.certifying.arcs import Arc
 from explore.analysis.certifying.ball_graph import BallGraph, Function
 from explore.analysis.certifying.balls import UndecidedError, UnprovedError
-from explore.analysis.certifying.subdivision import Cell, sign_changes, tiny
+from explore.analysis.certifying.subdivision import Cell, Decision, sign_changes, tiny
 from explore.mechanisms.linkages.graph import Number, operands
 
 #: Largest number of branches: zeros of the decision of each are looked for.
@@ -19,7 +19,7 @@ _EITHER = arb(0, 1)
 
 
 @dataclass(frozen=True)
-class _Part:
+class Part:
     """Both ends of a part of an arc, rad, and the signs of decisions there; all are, unless it `is_tiny`, known."""
 
     start: arb
@@ -51,10 +51,10 @@ def cut_pieces(
     `at_ends` is 0 at both ends of the arc and nowhere between.
     """
 
-    def function(of: Number, part: _Part) -> Function:
+    def function(of: Number, part: Part) -> Function:
         return graph.function([of], references, name, part.signs)
 
-    program, parts = graph.cut_program(number, name), [_Part(arc.start, arc.stop, {})]
+    program, parts = graph.cut_program(number, name), [Part(arc.start, arc.stop, {})]
     if len(program.branches) > _MOST_BRANCHES:
         reason = f"{name} has {len(program.branches)} terms with jumps or corners; proofs take at most {_MOST_BRANCHES}"
         raise UnprovedError(reason)
@@ -65,12 +65,14 @@ def cut_pieces(
         parts = [
             replace(part, signs={**part.signs, k: sign})
             for whole in parts
-            for part, sign in _divide(function(decision, whole), f"a term of {name}", whole, is_known=is_known)
+            for part, sign in divide(function(decision, whole), f"a term of {name}", whole, is_known=is_known)
         ]
     return [Piece(part.start, part.stop, function(number, part), part.is_tiny) for part in parts]
 
 
-def _divide(decision: Function, name: str, part: _Part, *, is_known: bool) -> Iterator[tuple[_Part, int | arb]]:
+def divide(
+    decision: Decision, name: str, part: Part, *, is_known: bool = False
+) -> Iterator[tuple[Part, int | arb]]:  # fmt: skip
     """The parts of a part in which a decision has one sign, and tiny ones at ends where it may be 0; with the sign.
 
     `is_known`: it is 0 at both ends and nowhere between.
@@ -86,9 +88,12 @@ def _divide(decision: Function, name: str, part: _Part, *, is_known: bool) -> It
     places = [] if is_known else [(place, place) for place, _ in sign_changes(decision, name, inner[0], inner[1], left)]
     cuts = sorted([*places, *_joined(left)], key=lambda cut: arb.mid(cut[0]))
     for (_, first), (last, end) in pairwise([(inner[0], inner[0]), *cuts, (inner[1], inner[1])]):
-        if not (sign := _sign(decision, ((first + last) / 2).mid())):
+        if not last > first:  # a cell beside an end
+            yield replace(part, start=first, stop=last, is_tiny=True), _EITHER
+        elif sign := _sign(decision, ((first + last) / 2).mid()):
+            yield replace(part, start=first, stop=last), sign
+        else:
             raise UndecidedError
-        yield replace(part, start=first, stop=last), sign
         if end is not last:
             yield replace(part, start=last, stop=end, is_tiny=True), _EITHER
     for end, other in zip(ends, inner, strict=True):
@@ -108,7 +113,7 @@ def _joined(cells: list[Cell]) -> list[tuple[arb, arb]]:
     return joined
 
 
-def _sign(decision: Function, angle: arb) -> int:
+def _sign(decision: Decision, angle: arb) -> int:
     """The sign of a decision at an angle; 0 where it is not decided."""
     value = decision.value(angle)
     return (1 if value > 0 else -1 if value < 0 else 0) if value.is_finite() else 0

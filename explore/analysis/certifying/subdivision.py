@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from flint import arb, ctx
 
@@ -18,6 +18,8 @@ MOST_CELLS = 2000
 _NARROW = -80
 #: Largest number of halvings of a radian that tiny cells are long.
 _MOST_HALVINGS = 80
+#: Half the width of short cells, rad.
+_SHORT = 2.0**-30
 #: Largest number of steps of Newton's method.
 _MOST_STEPS = 12
 
@@ -30,6 +32,13 @@ class Expandable(Protocol):
 
     def series_over(self, middle: arb, half: arb) -> list[list[arb]]:
         """The same about the middle of a cell of half a width; the last one is that about all angles of the cell."""
+
+
+class Decision(Expandable, Protocol):
+    """A function of an angle whose sign is asked for."""
+
+    def value(self, angle: arb) -> Any:
+        """The function at an angle."""
 
 
 @dataclass(frozen=True)
@@ -89,11 +98,17 @@ def sign_changes(
                 continue
         if count > MOST_CELLS:
             raise UnprovedError(f"where {name} is 0 is not decided by {MOST_CELLS} cells")
-        if left is not None and cell.half < tiny():
+        if left is not None and (cell.half < tiny() or _is_lost(function, cell)):
             left.append(cell)
         else:
             waiting += cell.halves()
     return found
+
+
+def _is_lost(function: Expandable, cell: Cell) -> bool:
+    """Whether the first function is rounding at both ends of a short cell and in its middle: halves tell no more."""
+    ends = (cell.middle + cell.half * k for k in (0, -1, 1))
+    return bool(cell.half < _SHORT) and all(function.series(end)[0][0].contains(0) for end in ends)
 
 
 def tiny() -> arb:
@@ -203,3 +218,46 @@ class ExtremeSearch:
             return None
         offset = arb(0, near)
         return [sign * (self._series(place)[0] + offset * self._series(place + offset)[1])]
+
+
+def places_of_least(function: Expandable, start: arb, stop: arb, least: arb) -> list[tuple[arb, arb]]:
+    """Intervals that hold all angles of an arc at which the first function is its least value of a larger arc."""
+    waiting, count, found = cells_of(start, stop), 0, []
+    while waiting:
+        cell, count = waiting.pop(), count + 1
+        value, slope, bend = over_cell(function.series_over(cell.middle, cell.half)[0], cell.half)
+        if value > least:
+            continue
+        low, high = cell.middle - cell.half, cell.middle + cell.half
+        first, last = (function.series(end)[0] for end in (low, high))
+        if slope > 0 or (bend > 0 and first[1] > 0):
+            found += [] if first[0] > least else [(low, low)]
+        elif slope < 0 or (bend > 0 and last[1] < 0):
+            found += [] if last[0] > least else [(high, high)]
+        elif cell.half < tiny() or count > MOST_CELLS:
+            found.append((low, high))
+        elif bend > 0 and first[1] < 0 and last[1] > 0:
+            place = _zero(_Derivative(function), cell, bend)
+            found.append((place, place))
+        else:
+            waiting += cell.halves()
+    return found
+
+
+@dataclass(frozen=True)
+class _Derivative:
+    """The derivative of the first function."""
+
+    function: Expandable
+
+    def value(self, angle: arb) -> arb:
+        """The value at an angle."""
+        return self.function.series(angle)[0][1]
+
+    def series(self, angle: arb) -> list[list[arb]]:
+        """Taylor coefficients about an angle."""
+        return [[k * term for k, term in enumerate(self.function.series(angle)[0])][1:]]
+
+    def series_over(self, middle: arb, half: arb) -> list[list[arb]]:
+        """The same about the middle of a cell; the last one is that about all angles of the cell."""
+        return [[k * term for k, term in enumerate(self.function.series_over(middle, half)[0])][1:]]

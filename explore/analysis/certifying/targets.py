@@ -9,9 +9,12 @@ import numpy as np
 from flint import arb, fmpq
 
 from explore.analysis.certifying.balls import Enclosure, UndecidedError, UnprovedError, exact
+from explore.analysis.certifying.dwells import Dwell
 from explore.analysis.certifying.motion import Motion
 from explore.analysis.certifying.nearest import Curve, Nearest, Point, PoseSquares, Squares, only_least
 from explore.mechanisms.linkages.motions import TableMotion
+from explore.mechanisms.targets.dwell_errors.measuring import VALUE
+from explore.mechanisms.targets.dwell_errors.metrics import measure_dwell
 from explore.mechanisms.targets.measures import TargetMeasure
 from explore.mechanisms.targets.path_errors.metrics import measure_paths
 from explore.mechanisms.targets.pose_errors.metrics import measure_posed
@@ -27,7 +30,9 @@ def is_searched(metric: AnyMetric | Parameter) -> bool:
     """Whether the turn is searched for each point of a target, which takes tenths of a second."""
     function = metric.formula.function if isinstance(metric, DerivedMetric) else None
     target = function.target if isinstance(function, TargetMeasure) else None
-    is_own = isinstance(target, PosesTarget) or (isinstance(target, PathTarget) and target.angles_from != "frame")
+    is_own = isinstance(target, PosesTarget | tuple) or (
+        isinstance(target, PathTarget) and target.angles_from != "frame"
+    )
     return is_own or (isinstance(metric, DerivedMetric) and any(map(is_searched, metric.inputs)))
 
 
@@ -37,6 +42,7 @@ class TargetErrors:
     def __init__(self, motion: Motion, parameters: Numbers) -> None:
         self._motion, self._parameters = motion, parameters
         self._known: dict[Target, _Path | _Poses] = {}
+        self._longest: arb | None = None
 
     def enclose(self, formula: Formula) -> Enclosure | None:
         """A metric of a target; None where it is undefined, `UnprovedError` where no enclosure is implemented."""
@@ -56,6 +62,8 @@ class TargetErrors:
         target, known = measure.target, self._parameters
         if isinstance(target, FunctionTarget):
             return _statistic(formula.name, self._errors_of_output(target))
+        if isinstance(target, tuple):
+            return self._of_dwell(formula, measure)
         if target not in self._known and isinstance(target, PathTarget):
             angles = _balls(measure_paths(measure.motion, target, tuple(self._columns(formula)))[1][0])
             self._known[target] = _Path(target, Curve(self._motion.place(target.point)), _placed(target, known), angles)
@@ -65,6 +73,18 @@ class TargetErrors:
             self._known[target] = _Poses(target, curve, known, angles)
         return self._known[target].metric(formula.name) if target in self._known else None
 
+    def _of_dwell(self, formula: Formula, measure: TargetMeasure) -> arb:
+        """The travel in a dwell, its angle or its start."""
+        (target, turns), motion = measure.target, self._motion
+        dwell = Dwell(motion.function(motion.output_place), [angle for angle, _ in motion.reversals])
+        if target.angle:
+            angle = _radians(target.angle)
+            return dwell.start(angle) if formula.name == "dwell_start" else dwell.least_travel(angle)
+        if self._longest is None:
+            guess = measure_dwell(measure.motion, measure.target, tuple(self._columns(formula)))[0][0, VALUE]
+            self._longest = dwell.longest_rest(_radians(target.travel) if turns else arb(target.travel), float(guess))
+        return dwell.start(self._longest) if formula.name == "dwell_start" else self._longest
+
     def _columns(self, formula: Formula) -> list[Any]:
         """The inputs of a formula as columns of one design; a metric tells that the crank turns, as it does here."""
         known = self._parameters
@@ -72,7 +92,7 @@ class TargetErrors:
 
     def _errors_of_output(self, target: FunctionTarget) -> list[arb]:
         """The squared errors of the output's angle at the pairs of a function, rad."""
-        output, squares = self._motion.output_angle, []
+        output, squares = self._motion.function(self._motion.output_place), []
         input_start, output_start = (self._parameters[parameter.name] for parameter in STARTS)
         for turned, asked in target.table:
             error = output.value(_radians(input_start, turned)) - _radians(output_start, asked)

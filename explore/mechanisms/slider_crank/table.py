@@ -9,7 +9,7 @@ from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PointFo
 from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slot, TableParameter
 
-#: Names of signals of the table by those of `loads`.
+#: Signal of the table for each of these signals of `loads`.
 _SIGNALS = {
     "guide_force": "slider_normal_force", "crank_pivot_force": "crank pivot_force_on_frame",
     "crank_pin_force": "crank pin_force_on_rod", "slider_pin_force": "slider pin_force_on_rod",

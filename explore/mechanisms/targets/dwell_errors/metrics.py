@@ -22,7 +22,7 @@ _DEGREES = 180.0 / np.pi
 
 
 @keep_last
-def _measure(motion: Motion, dwell: tuple[DwellTarget, bool], table: FloatArray) -> Measures:
+def measure_dwell(motion: Motion, dwell: tuple[DwellTarget, bool], table: FloatArray) -> Measures:
     """Measures, shape (n, N_MEASURES), of designs, the inputs of the motion; a dwell with whether its output turns."""
     target, turns = dwell
     measures = np.empty((len(table), N_MEASURES))
@@ -61,7 +61,7 @@ class DwellFormulas:
         inputs, unit, factor = self.motion.inputs, *(("deg", _DEGREES) if self.turns else ("mm", 1.0))
 
         def measure(row: int, per_unit: float) -> TargetMeasure:
-            return TargetMeasure(_measure, self.motion, (target, self.turns), row, per_unit)
+            return TargetMeasure(measure_dwell, self.motion, (target, self.turns), row, per_unit)
 
         if target.angle:
             about = f"least travel of the {self.name} while the crank turns by the angle of the dwell"
