@@ -14,7 +14,7 @@ from explore.comparison.strokes import WINDOWS
 from explore.comparison.timing import measure_cpu_seconds
 from explore.model.quantities import FloatArray
 
-#: Largest number of designs of a scene, over the square of its chains: exact statistics of one take seconds or more.
+#: Most designs of a scene, over the square of its chains, but at least one, whose exact statistics take seconds.
 MAX_RULE_DESIGNS = 8
 #: Statistics whose errors are measured; extremes stand for the larger error of both.
 _STATISTICS = ("mean", "variance", "cv", "extremes")
@@ -25,14 +25,14 @@ _SIGNALS = ("position", "velocity", "acceleration")
 def compare_rules(scene: Scene, progress: Callable[[str], None] | None = None) -> list[dict[str, Any]]:
     """Measure the errors and the cost of every averaging rule at every setting, a row for each window.
 
-    Signals above the level of the scene's model are left out; a scene of more than two loops, or whose output has no
-    strokes or is no unknown of the loops, has no rows. Keys scene, window, rule, setting, designs, nodes (mean),
+    Signals above the level of the scene's model are left out; a scene whose output has no strokes, or is no unknown of
+    the loops, has no rows. Keys scene, window, rule, setting, designs, nodes (mean),
     cpu_seconds (per design), and ``<signal>_<statistic>_error``, the largest over the designs.
     """
     designs = scene.designs
     if designs.output is None:
         return []
-    count = MAX_RULE_DESIGNS // len(designs.loop.chains) ** 2
+    count = max(1, MAX_RULE_DESIGNS // len(designs.loop.chains) ** 2)
     designs = designs.part(np.flatnonzero(designs.has_strokes)[:count])
     windows = WINDOWS if len(designs) else ()
     exact = {window: exact_statistics(designs, window) for window in windows}

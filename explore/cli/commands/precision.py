@@ -71,7 +71,7 @@ def _compare_precision(names: Sequence[str], folder: Path, *, as_json: bool) -> 
         _print_levels(tables["levels"])
     averaged = {row["scene"] for row in tables["averages"]}
     if others := [scene.name for scene in scenes if scene.name not in averaged]:
-        reason = "more than two loops, or no strokes of an output that is unknown in one"
+        reason = "no strokes of an output that is unknown in its loops"
         say(f"left out: averages of {', '.join(others)}: {reason}", "yellow")
     say(f"wrote motions.csv, averages.csv, levels.csv, overview.png and a chart for each scene to {folder}")
 
