@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from flint import arb, arb_series
 from test_certify_linkages import proofs_of, rows_of
 from test_linkage_curves import OVER, SHAPES, VALUES, curved
 
 import explore
+from explore.analysis.certifying.analytic import TERMS, angle_series, divide, root, size
+from explore.analysis.certifying.ball_programs import coefficients
 from explore.mechanisms.linkages.declaration import linkage_mechanism
 from explore.studies.request.names import find_mechanism
 
@@ -110,3 +113,36 @@ def test_loads_along_curves_are_proved(over, shape):
     assert proved == ("proved", "")
     assert verdict == "refuted"
     assert all(f"{metric} " in reason for metric in metrics)
+
+
+def test_what_has_no_value_leaves_no_coefficient_of_a_sum():
+    """A root of a series that holds 0 was a single number, which spoilt the first coefficient of a sum alone."""
+    variable = arb_series([arb(0, 1), 1], TERMS)
+    series = arb_series([2, 3, 4, 5, 6], TERMS)
+    for lost in (root(variable - 1), divide(series, variable), angle_series(variable, variable), size(variable)):
+        assert not any(term.is_finite() for term in coefficients(lost + series))
+
+
+def test_cells_whose_angle_has_no_series_are_halved():
+    """The search ended in an error of the library, as a cell had no angle and yet a slope."""
+    designs = {
+        "crank": 12.4, "coupler": 36.1, "rocker": 197.7, "ground": 221.35, "speed": 0.36, "opposing_torque": 0.43,
+        "stiffness": 14.8, "crank_mass": 39.9, "rocker_mass": 0.255, "rocker_centroid": -0.0046, "gravity": 9.8,
+    }  # fmt: skip
+    ((verdict, reason),), _ = verdicts_of("test-rig", designs, ("coupler_force_peak",))
+    assert (verdict, reason) == ("proved", "")
+
+
+def test_a_slider_that_friction_locks_is_proved_to_be_locked():
+    """By the exact angle of the rod; without forces friction says nothing."""
+    designs = {"crank": 50.0, "rod": 70.0, "offset": [10.0, 0.0, 10.0], "friction": [0.65, 0.65, 0.4], "mass": 1.0}
+    rows = explore.evaluate("slider-crank", designs, metrics=["thrust_peak"], window="cycle").astype(float)
+    locked = next(code for code, own in find_mechanism("slider-crank").statuses.items() if own.label == "guide_locked")
+    assert rows["status"].to_list() == [locked, 1.0, 1.0]
+    proofs = proofs_of(find_mechanism("slider-crank"), rows.to_dict(orient="records"), ["thrust_peak"], window="cycle")
+    assert [verdict for verdict, _ in proofs] == ["proved"] * 3
+    metrics = ["slider_velocity_rms"]
+    rows = explore.evaluate("slider-crank", designs, metrics=metrics, window="cycle").astype(float)
+    assert rows["status"].to_list() == [1.0] * 3
+    proofs = proofs_of(find_mechanism("slider-crank"), rows.to_dict(orient="records"), metrics, window="cycle")
+    assert [verdict for verdict, _ in proofs] == ["proved"] * 3

@@ -4,8 +4,16 @@ from typing import Any
 
 from flint import acb, arb, arb_series
 
+#: Number of coefficients of power series.
+TERMS = 5
 #: Value where there is none.
 NOWHERE = arb("nan")
+
+
+def nowhere(*numbers: Any) -> Any:
+    """No value, as a power series if one of these numbers is one: added to others it leaves no coefficient."""
+    is_series = any(isinstance(number, arb_series) for number in numbers)
+    return arb_series([NOWHERE] * TERMS, TERMS) if is_series else NOWHERE
 
 
 def divide(a: Any, b: Any) -> Any:
@@ -13,7 +21,7 @@ def divide(a: Any, b: Any) -> Any:
     try:
         return a / b
     except (ZeroDivisionError, ValueError):  # by a series that holds 0
-        return NOWHERE
+        return nowhere(a, b)
 
 
 def root(number: Any) -> Any:
@@ -21,7 +29,7 @@ def root(number: Any) -> Any:
     try:
         return number.sqrt()
     except (ZeroDivisionError, ValueError):
-        return NOWHERE
+        return nowhere(number)
 
 
 def _first(number: Any) -> arb:
@@ -36,7 +44,7 @@ def size(number: Any) -> Any:
     first = _first(number)
     if first > 0:
         return number
-    return -number if first < 0 else abs(number) if isinstance(number, arb) else number * NOWHERE
+    return -number if first < 0 else abs(number) if isinstance(number, arb) else number * nowhere(number)
 
 
 def maximum(a: Any, b: Any) -> Any:
@@ -51,7 +59,7 @@ def minimum(a: Any, b: Any) -> Any:
 
 def raised(number: Any, power: Any) -> Any:
     """A power of a positive number, as an analytic function."""
-    return number**power if _first(number) > 0 else number * NOWHERE
+    return number**power if _first(number) > 0 else number * nowhere(number)
 
 
 def choose(a: Any, b: Any, sign: Any) -> Any:
@@ -77,7 +85,7 @@ def angle_series(y: Any, x: Any) -> Any:
         r = (x * x + y * y).sqrt()
         return 2 * ((r - x) / y if _first(x) < 0 else y / (r + x)).atan()
     except (ZeroDivisionError, ValueError):
-        return NOWHERE
+        return nowhere(y, x)
 
 
 def arctangent(number: acb) -> acb:

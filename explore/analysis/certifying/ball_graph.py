@@ -12,7 +12,8 @@ from typing import Any
 
 from flint import acb, arb, arb_series
 
-from explore.analysis.certifying.ball_programs import TERMS, Program, coefficients
+from explore.analysis.certifying.analytic import TERMS
+from explore.analysis.certifying.ball_programs import Program, coefficients
 from explore.analysis.certifying.balls import UnprovedError
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate
 from explore.mechanisms.linkages.equations import Equations
@@ -37,7 +38,9 @@ def trace(table: LinkageTable, none: frozenset[str] = frozenset(), named: Names 
     equations = Equations(_with_inputs(replace(table, loads=loads)), find_steps(table))
     equations.graph.is_exact = True
     own = {each.signal.name: each for each in find_quantities(equations)}
-    return TracedTable(equations, own | named(equations, own) if named else own, {})
+    others = named(equations, own) if named else {}
+    renamed = {name: replace(each, signal=replace(each.signal, name=name)) for name, each in others.items()}
+    return TracedTable(equations, own | renamed, {})
 
 
 def _with_none(value: Any, none: frozenset[str]) -> Any:

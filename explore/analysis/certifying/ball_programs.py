@@ -14,6 +14,7 @@ from flint import acb, arb, arb_series
 
 from explore.analysis.certifying.analytic import (
     NOWHERE,
+    TERMS,
     angle,
     angle_series,
     choose,
@@ -37,9 +38,6 @@ from explore.mechanisms.linkages.graph import (
     Number,
     operands,
 )
-
-#: Number of coefficients of power series.
-TERMS = 5
 
 _SYMBOLS = {"add": "+", "exact_sum": "+", "sub": "-", "mul": "*", "div": "/"}
 #: Operations that are written otherwise, of balls.

@@ -52,7 +52,8 @@ class Motion:
         self.graph = BallGraph(self.table, parameters, self._mechanism.table_signals)
         self.exact: ExactDesign | None = None
         if self._mechanism.exact is not None:
-            self.exact = self._mechanism.exact({p: exact(parameters[p]) for p in self.table.moving_names})
+            names = self.table.moving_names | {parameter.name for parameter in request.kernel.kernel_parameters}
+            self.exact = self._mechanism.exact({name: exact(parameters[name]) for name in names})
         self._extremes: dict[tuple[str, Window], tuple[arb, arb]] = {}
         self._cut: dict[tuple[int, Window], list[Piece]] = {}
         self._moments: dict[tuple[str, Window, bool], tuple[arb, arb]] = {}
