@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 import explore
 from explore.base.compiling import FILL_SIGNATURE, LANES, compiled, function_type
 from explore.evaluation.quadrature import bounds
-from explore.evaluation.quadrature.magnitudes import power_means
+from explore.evaluation.quadrature.magnitudes import power_means, sum_powers
 from explore.evaluation.quadrature.panels import (
     ANCHOR,
     CENTRE,
@@ -256,6 +256,26 @@ _F1, _F2, _I1 = float64[::1], float64[:, ::1], int64[::1]
 def integrate_magnitude(fill, panels, tolerance, size_of, row_of, table, tile):
     """`power_means` of power 0 of row 0, over one panel."""
     return power_means(fill, 0, 1, 0, 0, panels, 0, 1, 1, tolerance, size_of, row_of, table, tile)
+
+
+@compiled(types.void(_F1, _F1, int64, _F1))
+def sum_powers_of_tile(squares, weight, power, sums):
+    """`sum_powers` of one tile."""
+    sums[0] = sum_powers(squares, weight, power)
+
+
+@pytest.mark.parametrize(("power", "root", "exponent"), [(0, 2, 1), (1, 3, 5)])
+def test_powers_of_squares_are_exact_to_rounding(power, root, exponent):
+    """Of squares of all sizes, beside mpmath; what is negative by rounding counts as 0."""
+    sums, weight = np.zeros(1), np.zeros(LANES)
+    for lane, size in enumerate(np.linspace(-170.0, 170.0, 341)):
+        squares = np.full(LANES, -1e-20)
+        squares[lane % LANES] = 10.0**size
+        weight[:] = 1.0
+        sum_powers_of_tile(squares, weight, power, sums)
+        exact = mpmath.root(mpmath.mpf(squares[lane % LANES]), root) ** exponent
+        assert abs(sums[0] / exact - 1) < 2e-15
+    assert sums[0] > 1e80
 
 
 def clustered_rule(n, peak):

@@ -18,6 +18,7 @@ import math
 import numpy as np
 
 from explore.base.compiling import LANES
+from explore.base.lanes.elementary import exponential, logarithm
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.bounds import CHUNK, FLAG_SQUARES
 from explore.evaluation.quadrature.brent import ACTIVE, BEST, minimise, start_lane
@@ -32,6 +33,8 @@ POWERS = 2
 FEWEST_NODES = 20
 #: Number of rules, each of twice as many nodes as the one before.
 ROUNDS = 5
+#: Least square whose root is taken; powers of those below are no more than its.
+_LEAST_SQUARE = 1e-180
 #: Number of samples of a panel from which its local minima are refined.
 _SEARCH_NODES = 96
 
@@ -69,10 +72,9 @@ def power_means(
                 )  # fmt: skip
                 fill(tile.constants, tangents, anchor, law, variant, (count + LANES - 1) // LANES, needs, signals)
                 previous, integral = integral, 0.0
-                for j in range(count):
-                    value = max(signals[(j // LANES * rows + row) * LANES + j % LANES], 0.0)
-                    root = math.sqrt(value) if power == 0 else np.cbrt(value)
-                    integral += weight[j] * (root if power == 0 else value * root * root)
+                for group in range((count + LANES - 1) // LANES):
+                    squares = signals[(group * rows + row) * LANES :]
+                    integral += sum_powers(squares, weight[group * LANES :], power)
                 nodes += count
                 if count > FEWEST_NODES:
                     bound = max(abs(integral - previous), 0.01 * difference if count > 2 * FEWEST_NODES else 0.0)
@@ -85,6 +87,24 @@ def power_means(
     return total, error / total if total > 0.0 else 0.0, nodes
 
 
+@subroutine(fast=True, inlined=True)
+def sum_powers(squares, weight, power):
+    """The weighted sum of a power of the magnitudes of a tile."""
+    total = 0.0
+    if power == 0:
+        for lane in range(LANES):
+            square = squares[lane]
+            total += weight[lane] * math.sqrt(square if square > 0.0 else 0.0)
+        return total
+    for lane in range(LANES):
+        square = squares[lane] if squares[lane] > _LEAST_SQUARE else _LEAST_SQUARE
+        root = exponential(logarithm(square) * (1.0 / 3.0))
+        cube = root * root * root  # a step of Halley's method, for the last digits
+        root = root * (cube + 2.0 * square) / (2.0 * cube + square)
+        total += weight[lane] * (square * root * root)
+    return total
+
+
 @subroutine(fast=True)
 def place_between(panel_centre, first, last, scale, count, row_of, table, clustered, t, tangents, weight):
     """Fill nodes between two places of a panel, in t from its centre: t, half-tangents, weights (rad), ascending.
@@ -94,20 +114,25 @@ def place_between(panel_centre, first, last, scale, count, row_of, table, cluste
     """
     row = row_of[count]
     centre, half = panel_centre + 0.5 * (first + last), 0.5 * (last - first)
-    for j in range(count):
-        pair = min(j, count - 1 - j)
-        s = -table[row + pair, 0] if j == pair else table[row + pair, 0]
-        step, rate = half * s, half
-        if clustered:
+    for j in range((count + 1) // 2):
+        t[j], t[count - 1 - j] = -table[row + j, 0], table[row + j, 0]
+        weight[j] = weight[count - 1 - j] = table[row + j, 1]
+    width = (count + LANES - 1) // LANES * LANES
+    for j in range(count, width):
+        t[j], weight[j] = t[count - 1], 0.0
+    bend, steep = (1.0, 1.875) if clustered else (0.0, 1.0)
+    for start in range(0, width, LANES):
+        places, factors, points = t[start:], weight[start:], tangents[start:]
+        for lane in range(LANES):
+            s = places[lane]
             square = s * s
-            step = half * s * (1.875 + square * (-1.25 + 0.375 * square))
-            rate = half * 1.875 * (1.0 - square) * (1.0 - square)
-        growth = math.exp(centre + step)
-        tangent, slope = 0.5 * scale * (growth - 1.0 / growth), 0.5 * scale * (growth + 1.0 / growth)
-        t[j], tangents[j] = centre + step, tangent
-        weight[j] = 2.0 * table[row + pair, 1] * rate * slope / (1.0 + tangent * tangent)
-    for j in range(count, (count + LANES - 1) // LANES * LANES):
-        tangents[j] = tangents[count - 1]
+            step = half * s * (steep + bend * (square * (-1.25 + 0.375 * square)))
+            rate = half * steep * (1.0 - bend * square) * (1.0 - bend * square)
+            growth = exponential(centre + step)
+            shrinking = 1.0 / growth
+            tangent, slope = 0.5 * scale * (growth - shrinking), 0.5 * scale * (growth + shrinking)
+            places[lane], points[lane] = centre + step, tangent
+            factors[lane] = 2.0 * factors[lane] * rate * slope / (1.0 + tangent * tangent)
 
 
 @subroutine()

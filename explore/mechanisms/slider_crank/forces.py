@@ -23,6 +23,8 @@ from explore.mechanisms.slider_crank.columns import ExtendedRow as Row
 from explore.mechanisms.slider_crank.kernel import sums
 
 _MM = 1e-3
+#: Rounding of a torque, relative to its terms.
+_ROUNDING = 1e-14
 
 
 @subroutine(fast=True)
@@ -84,7 +86,6 @@ def fill_forces(constants, tangents, anchor, law, out):
         lifting = crank_mass * gravity * arm * bx
         torque = thrust * rate + f2x * v2x + f2y * v2y + spin * rod_velocity + lifting
         out[columns.TORQUE * LANES + lane] = torque
-        out[columns.POSITIVE_TORQUE * LANES + lane] = torque if torque > 0.0 else 0.0
         out[columns.LOST_TORQUE * LANES + lane] = (friction * abs(guide) + opposing) * abs(rate) + viscous * rate
         # sizes of the terms: those of the position are rounded, each below the middle plus the stroke
         needed_terms = abs(inertia) + abs(constant) + opposing + stiffness * (position + middle) + abs(viscous)
@@ -93,10 +94,13 @@ def fill_forces(constants, tangents, anchor, law, out):
         thrust_terms = (needed_terms + friction * pressed_terms) / (1.0 - friction * abs(t))
         terms = thrust_terms * (1.0 + abs(t)) + pressed_terms + rod_terms + abs(f1x) + abs(f1y)
         out[columns.FORCE_TERMS * LANES + lane] = terms
-        out[columns.TORQUE_TERMS * LANES + lane] = (
+        torque_terms = (
             (thrust_terms + rod_terms * abs(share)) * (abs(rate) + crank)
             + rod_terms * abs(rest) * crank + abs(spin * rod_velocity) + abs(lifting)
         )  # fmt: skip
+        out[columns.TORQUE_TERMS * LANES + lane] = torque_terms
+        # What is nothing but rounding, as at the end of a stroke, drives nothing.
+        out[columns.POSITIVE_TORQUE * LANES + lane] = torque if torque >= _ROUNDING * torque_terms else 0.0
 
 
 @subroutine(inlined=True)
