@@ -49,7 +49,7 @@ def test_dwells_of_random_designs_are_proved(name):
     """Of links and slots; what is not decided is open."""
     rng = np.random.default_rng(11)
     linkage, designs = table_designs(name, 6, rng)
-    turning = [design for design in designs if explore.evaluate(linkage, design)["status"][0] == 1][:2]
+    turning = [design for design in designs if explore.evaluate(linkage, design)["status"][0] == 1][:1]
     verdicts = []
     for design in turning:
         _, (true, *false) = verdicts_of(name, design, angle_of(rng.uniform(20, 320)))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from flint import arb, arb_series
+from linkage_cases import CASES, curved_shaper, values_of
 from test_certify_linkages import proofs_of, rows_of
 from test_linkage_curves import OVER, SHAPES, VALUES, curved
 
@@ -113,6 +114,13 @@ def test_loads_along_curves_are_proved(over, shape):
     assert proved == ("proved", "")
     assert verdict == "refuted"
     assert all(f"{metric} " in reason for metric in metrics)
+
+
+def test_opposing_loads_along_a_curve_that_rests_are_proved():
+    """Beside two more curves; where the opposing one is 0, its sign is not asked for."""
+    linkage, metrics = curved_shaper(), ["drive_torque_rms", "net_work", "friction_power_max"]
+    (row,) = rows_of(linkage, values_of(CASES["crank-shaper"]) | {"f": 8.0, "speed": 9.0}, metrics, window="cycle")
+    assert proofs_of(linkage_mechanism(linkage.table), [row], metrics, window="cycle") == [("proved", "")]
 
 
 def test_what_has_no_value_leaves_no_coefficient_of_a_sum():

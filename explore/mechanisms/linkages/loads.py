@@ -187,7 +187,7 @@ class Loading:
     def _add_element(self, element: Element) -> None:
         if element.kind == "friction":
             rate = self._slot_position(element.name).terms[1]
-            coefficient = _not_negative(self._read(element.size))
+            coefficient = self._not_negative(self._read(element.size))
             self.friction[element.name] = coefficient, self._sense_of(f"{element.name}_velocity", rate)
         elif element.kind == "pin_friction":
             self._add_bearings(element)
@@ -202,7 +202,7 @@ class Loading:
         """A bearing for each link that turns on the pin."""
         *links, holder = element.ends
         parts = rigid_parts(self._equations.table, self._equations.steps)
-        arm = _not_negative(self._read(element.size)) * _not_negative(self._read(element.rest or ZERO))
+        arm = self._not_negative(self._read(element.size)) * self._not_negative(self._read(element.rest or ZERO))
         for link in (each for each in links if parts[each] != parts[holder]):
             rate = self._equations.turning_of(link)[0] - self._equations.turning_of(holder)[0]
             body = link if element.name in self._equations.table.body_of[link].place_of else holder
@@ -275,7 +275,7 @@ class Loading:
             rest = self._read(element.rest) * rest_unit if element.rest else self._zero
             return size * (place - rest) * unit
         if element.kind == "opposing":
-            resistance = _not_negative(size) * self._sense_of(f"{element.ends[0]}_velocity", rate)
+            resistance = self._not_negative(size) * self._sense_of(f"{element.ends[0]}_velocity", rate)
         else:
             resistance = self._amount(element.size) * rate * self._speed * unit
         self._loss = self._loss + resistance * rate * (1.0 if unit is self._meters else float(1 / _METERS))
@@ -290,11 +290,12 @@ class Loading:
         return rate.call(SENSES[self.senses.index(signal)])
 
     def _amount(self, coordinate: Coordinate) -> Number:
-        """An amount, undefined where an expression is negative; ranges of parameters see to those that stand alone."""
+        """An amount, undefined where an expression is negative; ranges see to parameters that stand alone."""
         number = self._read(coordinate)
-        return number if len(coordinate.steps) == 1 else _not_negative(number)
+        return number if len(coordinate.steps) == 1 else self._not_negative(number)
 
-
-def _not_negative(number: Number) -> Number:
-    """The number, undefined where it is negative."""
-    return number if number.value is not None else number.call("maximum", -number.sqrt())
+    def _not_negative(self, number: Number) -> Number:
+        """The number, undefined where it is negative; where nothing is rounded, a curve is not below its points."""
+        above = [curve.name for curve in self.loads.curves if min(y for _, y in curve.points) >= 0.0]
+        is_known = self._graph.is_exact and number.index in (self.values[name].index for name in above)
+        return number if number.value is not None or is_known else number.call("maximum", -number.sqrt())
