@@ -15,6 +15,7 @@ from linkage_cases import (
     CASES,
     DRIVEN_SLIDER,
     FOUR_BAR,
+    curved_shaper,
     dense,
     evaluate_graph,
     linkage_of,
@@ -378,3 +379,10 @@ def test_loads_have_a_largest_number():
     springs = {f"s{k}": {"between": "ram", "rate": 1, "rest": 0} for k in range(101)}
     with pytest.raises(ConfigError, match=r"^linkage.loads: has 101 entries; at most 100 are possible$"):
         with_loads(CASES["crank-shaper"], {"springs": springs})
+
+
+def test_names_of_tables_in_results_stay_the_same():
+    """Results of before name their mechanism by these; a field that is added to a part of tables changes them."""
+    names = [table.digest[:12] for table in (loaded_shaper().table, curved_shaper().table)]
+    assert names == ["bd374057187b", "051b36597cac"]
+    assert linkage_of(CASES["watt-2"]).table.digest[:12] == "170967f96666"

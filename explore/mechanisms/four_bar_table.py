@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, constant, joined, length
 from explore.mechanisms.linkages.equations import Equations
-from explore.mechanisms.linkages.load_table import Element, Loads, Mass
+from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PivotedMass
 from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, TableParameter
 from explore.mechanisms.linkages.vectors import cross, dot, minus
@@ -60,7 +60,7 @@ def _loads(side: Coordinate) -> Loads:
         masses=(
             Mass("crank", *crank, ZERO),
             Mass("coupler", *coupler, length("coupler_inertia")),
-            Mass("rocker", *rocker, length("rocker_inertia"), about="rocker pivot"),
+            PivotedMass("rocker", *rocker, length("rocker_inertia"), about="rocker pivot"),
             Mass("rocker", ZERO, "rocker pivot", length("inertia")),
         ),
         elements=elements,

@@ -26,16 +26,21 @@ class Mass:
     centroid
         A point of the link, or a place in its coordinates; that of a mass at a point is the point.
     inertia
-        Moment of inertia, kg m^2.
-    about
-        Point of the link about which the moment of inertia is; the centroid if empty.
+        Moment of inertia about the centroid, kg m^2.
     """
 
     owner: str
     mass: Coordinate
     centroid: str | Place
     inertia: Coordinate
-    about: str = ""
+
+
+@dataclass(frozen=True)
+class PivotedMass(Mass):
+    """The mass of a link whose moment of inertia is `about` a point of the link; the centroid is a place."""
+
+    centroid: Place
+    about: str
 
 
 @dataclass(frozen=True)

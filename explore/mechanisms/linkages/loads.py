@@ -26,7 +26,7 @@ from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import read_expression
 from explore.mechanisms.linkages.graph import SENSES, Number, Series
 from explore.mechanisms.linkages.group_steps import groups_of
-from explore.mechanisms.linkages.load_table import Element, Loads, Mass
+from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PivotedMass
 from explore.mechanisms.linkages.table import Slot
 from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minus
 
@@ -161,7 +161,7 @@ class Loading:
         self.on_bodies[mass.owner].append(((place[0].terms[0], place[1].terms[0]), (x, y)))
         first, second = equations.turning_of(mass.owner)
         inertia = self._amount(mass.inertia)
-        if mass.about and not isinstance(mass.centroid, str):  # parallel axes
+        if isinstance(mass, PivotedMass):  # parallel axes
             pivot = equations.table.body_of[mass.owner].place_of[mass.about]
             arms = [self._read(c) - self._read(p) for c, p in zip(mass.centroid, pivot, strict=True)]
             inertia = inertia - amount * (self._meters * self._meters) * (arms[0] * arms[0] + arms[1] * arms[1])
