@@ -199,10 +199,12 @@ class Motion:
         pieces = self._pieces(quantity, window)
         is_turn = arc.is_turn and len(pieces) == 1
         constant = constant_of(quantity.number, pieces[0].function)
+        middles = [piece.function.value((piece.start + piece.stop) / 2) for piece in pieces if not piece.is_tiny]
+        size = reduce(arb.max, (abs(value).lower() for value in middles if value.is_finite()), arb(0))
         found = [constant] if constant else [
             (piece.value, piece.value) if piece.is_tiny else
             same_value(piece.function, piece.start, piece.stop, _too_close(quantity)) or
-            ExtremeSearch(piece.function, signal.name, piece.start, piece.stop, is_turn).extremes()
+            ExtremeSearch(piece.function, signal.name, piece.start, piece.stop, is_turn, size).extremes()
             for piece in pieces
         ]  # fmt: skip
         low, high = reduce(arb.min, (low for low, _ in found)), reduce(arb.max, (high for _, high in found))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -10,8 +11,10 @@ from flint import arb, ctx
 
 from explore.analysis.certifying.balls import UndecidedError, UnprovedError
 
-#: Number of cells of an arc at first.
-_FIRST_CELLS = 24
+#: Length of the longest cells of an arc at first, rad.
+_LONGEST_CELL = 0.27
+#: Fewest cells of an arc at first.
+_FEWEST_CELLS = 2
 #: Largest number of cells that are looked at.
 MOST_CELLS = 2000
 #: Largest radius of an extreme that is no peak, over its size, as a power of 2.
@@ -60,8 +63,9 @@ class Cell:
 
 def cells_of(start: arb, stop: arb) -> list[Cell]:
     """The cells of an arc at first."""
-    half = (stop - start) / (2 * _FIRST_CELLS)
-    return [Cell(_FIRST_CELLS + k, start + (2 * k + 1) * half, half) for k in range(_FIRST_CELLS)]
+    count = max(_FEWEST_CELLS, math.ceil(float(stop - start) / _LONGEST_CELL))
+    half = (stop - start) / (2 * count)
+    return [Cell(count + k, start + (2 * k + 1) * half, half) for k in range(count)]
 
 
 def over_cell(terms: Sequence[arb], half: arb) -> tuple[arb, arb, arb]:
@@ -136,7 +140,8 @@ def _zero(function: Expandable, cell: Cell, slope: arb) -> arb:
 class ExtremeSearch:
     """The search for extremes of the first function over an arc; over a turn, it is the same at both ends.
 
-    `UnprovedError` names the function where they are not decided; what is known of cells is kept.
+    `UnprovedError` names the function where they are not decided; what is known of cells is kept. What is far below the
+    `size` of the function elsewhere needs no digits of its own.
     """
 
     function: Expandable
@@ -144,6 +149,7 @@ class ExtremeSearch:
     start: arb
     stop: arb
     is_turn: bool = False
+    size: arb = field(default_factory=arb)
     known: dict[int, tuple[arb, arb, arb, arb]] = field(default_factory=dict)
 
     def extremes(self) -> tuple[arb, arb]:
@@ -169,7 +175,7 @@ class ExtremeSearch:
             if value.is_finite() and (value < least or slope > 0 or slope < 0):
                 continue
             peaks = None
-            if value.is_finite() and value.rad() <= value.abs_upper() * arb(2) ** _NARROW:
+            if value.is_finite() and value.rad() <= value.abs_upper().max(self.size) * arb(2) ** _NARROW:
                 peaks = [value]
             elif value.is_finite() and bend < 0:
                 peaks = self._peaks(cell, sign)
