@@ -85,6 +85,14 @@ def test_the_study_of_one_design_computes_the_same_row(name, tmp_path):
         assert row[column].to_numpy().tobytes() == expected[column].to_numpy().tobytes(), column
 
 
+def test_the_study_of_results_in_other_units_is_the_same(tmp_path):
+    results = sweep_text(tmp_path, STUDIES["points"], "a", workers=1)
+    units = {"a": {}, "b": {"length": "in", "angle": "rad", "speed": "rpm"}}
+    for name, chosen in units.items():
+        explore.export(results.in_units(read_shown_units(chosen)), tmp_path / f"{name}.one.toml", design=3)
+    assert (tmp_path / "b.one.toml").read_text() == (tmp_path / "a.one.toml").read_text()
+
+
 def test_the_study_of_parameters_has_them_exactly(wiper):
     study = explore.load_study(wiper / "wiper.toml")
     columns = study.space.designs(0, 1)

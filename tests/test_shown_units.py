@@ -3,8 +3,9 @@
 from fractions import Fraction
 
 import numpy as np
+import pandas as pd
 import pytest
-from studies import FEW, swept
+from studies import FEW, crank_rockers, sweep_text, swept
 
 import explore
 from explore.base.units.quantities import quantity, unit_factor
@@ -208,3 +209,21 @@ def test_a_ranking_compares_declared_values_and_returns_shown_ones(results):
         assert ranking.frame.index.tolist() == plain.frame.index.tolist()
         expected = plain.frame["crank"] * 5 / 127 if source is shown else plain.frame["crank"]
         np.testing.assert_array_equal(ranking.frame["crank"], expected)
+
+
+def test_commands_take_results_in_other_units_as_declared_ones(tmp_path):
+    pytest.importorskip("flint")
+    text = crank_rockers((80, 120), 1083, (500, 560), 700)
+    ends = '[sampling]\nmethod = "sobol"\ncount = 64\n[rank]\nmetrics = ["cv", "swing_angle:max"]\n'
+    ranges = sweep_text(tmp_path, text + ends, workers=1)
+    given = {
+        kind: [
+            explore.certify(results, 3),
+            explore.tolerance(results, {"crank": 0.1}, 3, draws=1000).metrics,
+            explore.polish(results, 3),
+            explore.read_results(explore.refine(results, tmp_path / f"{kind}.h5", evaluations=100).path),
+        ]
+        for kind, results in {"declared": ranges, "shown": ranges.in_units(INCHES)}.items()
+    }
+    for declared, shown in zip(*given.values(), strict=True):
+        pd.testing.assert_frame_equal(shown, declared, check_exact=True)

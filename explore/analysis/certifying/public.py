@@ -68,7 +68,7 @@ def certify(
     from explore.analysis.certifying.certificate import require_table
     from explore.analysis.certifying.certification import certify_designs
 
-    source = results_of(results)
+    source = results_of(results).declared
     require_table(request_of(source).mechanism)  # before anything is read
     frame = chosen_designs(source, designs)
     objectives: tuple[Objective, ...] = ()

@@ -91,7 +91,7 @@ def refine(
     ClusterError
         If the cluster is lost, runs other versions of the packages, or a generation failed.
     """
-    source = results_of(results)
+    source = results_of(results).declared
     plan = plan_refinement(source, objectives=objectives, evaluations=evaluations, seed=seed)
     cluster = find_workers(plan.study.request, client, workers, processes=processes)
     run_refinement(plan, source.path, path, cluster, restart=restart, progress=report_counts(report_progress))
@@ -133,7 +133,7 @@ def polish(
     """
     import pandas as pd
 
-    source = results_of(results)
+    source = results_of(results).declared
     study = study_of(source)
     one, _ = choose_objectives(objective, None, source.senses, rankable_names(source), source.objectives[:1])
     require_computed(study, one, source)

@@ -84,7 +84,7 @@ def tolerance(
     ClusterError
         If the cluster is lost or runs other versions of the packages.
     """
-    plan = plan_tolerances(results_of(results), tolerances, designs, draws=draws, seed=seed)
+    plan = plan_tolerances(results_of(results).declared, tolerances, designs, draws=draws, seed=seed)
     target = check_target(plan, path, restart=restart)
     cluster = find_workers(plan.run.request.request, client, workers, processes=processes)
     if client is None:

@@ -57,7 +57,7 @@ class DesignOfResults:
     @property
     def study(self) -> str:
         """The text of the study of this design alone, which computes the same row."""
-        results = self.results
+        results = self.results.declared
         row, sections = results.design(self.number), results.sections
         values = {column.name: row[column.name] for column in results.columns if column.role == "parameter"}
         objectives = list(results.named_objectives)
