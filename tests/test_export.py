@@ -59,6 +59,19 @@ growth = [1.3, 1.44]
 sector = [3.9, 4.2]
 module = 2
 """,
+    "inches": """mechanism = "crank-rocker"
+[parameters]
+crank = ["4 in", "4.1 in"]
+coupler = "37 in"
+rocker = "22 in"
+ground = "28.1 in"
+opposing_torque = "9 in lbf"
+[points]
+tip = { along = "3.1 in", across = 0 }
+[units]
+length = "in"
+torque = "in lbf"
+""",
 }
 
 

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from explore.base.errors import MotionError, RequestError
+from explore.base.units.shown import Scale, read_shown_units
 from explore.figures.charts.turn import Span
 from explore.figures.simulation import SimulatedDesign, simulate_design
 from explore.model.points import COORDINATES, coordinates
 from explore.model.status import Status
 from explore.results.queries import choose_design
 from explore.results.store.results import Results
-from explore.results.store.study_units import given_units
+from explore.results.store.study_units import given_units, units_of_study
 from explore.running.motions import mark_angles, motion_span
 from explore.running.public import simulate
 from explore.studies.config.linkage import Linkage, mechanism_entries, mechanism_source
@@ -59,7 +60,12 @@ class DesignOfResults:
         """The text of the study of this design alone, which computes the same row."""
         results = self.results.declared
         row, sections = results.design(self.number), results.sections
-        values = {column.name: row[column.name] for column in results.columns if column.role == "parameter"}
+        units = read_shown_units(units_of_study(results))
+        values = {
+            column.name: _as_declared(row[column.name], units.scale(column.unit))
+            for column in results.columns
+            if column.role == "parameter"
+        }
         objectives = list(results.named_objectives)
         parts: dict[str, object] = {
             **mechanism_entries(mechanism_source(results)),
@@ -73,7 +79,12 @@ class DesignOfResults:
         return text
 
 
-def _value_entries(points: tuple[str, ...], values: Mapping[str, float]) -> dict[str, Any]:
+def _as_declared(value: float, scale: Scale) -> float | str:
+    """A number of a study, with its unit where the study shows another one."""
+    return value if scale.is_declared else f"{value!r} {scale.declared}"
+
+
+def _value_entries(points: tuple[str, ...], values: Mapping[str, float | str]) -> dict[str, Any]:
     """The sections of a study with these parameters, those of points apart."""
     places = coordinates(points, values)
     of_points = {f"{point}_{axis}" for point in places for axis in COORDINATES}
