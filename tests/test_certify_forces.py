@@ -1,17 +1,24 @@
 """Certificates of forces: of mechanisms with kernels of their own by their tables, and of loads along curves."""
 
+import math
+
 import numpy as np
 import pytest
 from flint import arb, arb_series
-from linkage_cases import CASES, curved_shaper, values_of
+from linkage_cases import CASES, curved_shaper, values_of, with_loads
 from test_certify_linkages import proofs_of, rows_of
-from test_linkage_curves import OVER, SHAPES, VALUES, curved
+from test_linkage_curves import CASE, OVER, SHAPES, VALUES, curved
 
 import explore
 from explore.analysis.certifying.analytic import TERMS, angle_series, divide, root, size
-from explore.analysis.certifying.ball_programs import coefficients
+from explore.analysis.certifying.ball_graph import Function
+from explore.analysis.certifying.ball_programs import Program, coefficients
+from explore.analysis.certifying.certification import certify_designs
+from explore.analysis.certifying.subdivision import ExtremeSearch
 from explore.mechanisms.linkages.declaration import linkage_mechanism
+from explore.mechanisms.linkages.graph import COSINE, SINE, Graph
 from explore.studies.request.names import find_mechanism
+from explore.studies.request.requests import make_request
 
 FOUR_BAR = {"crank": 50.0, "coupler": [200.0, 150.0], "rocker": [120.0, 100.0], "ground": [180.0, 160.0], "speed": 30.0}
 SLIDER_CRANK = {"crank": 50.0, "rod": [200.0, 150.0], "offset": [20.0, -30.0], "speed": 30.0}
@@ -53,6 +60,13 @@ def verdicts_of(name, designs, metrics, **options):
     return proofs[: len(rows)], proofs[len(rows) :]
 
 
+def of_kernel(name, loads, metrics):
+    """The row of the first design under some loads, and its request."""
+    designs = {key: np.atleast_1d(value)[0] for key, value in CASES_OF_KERNELS[name][0].items()} | loads
+    (row,) = explore.evaluate(name, designs, metrics=metrics, window="cycle").astype(float).to_dict(orient="records")
+    return row, make_request(find_mechanism(name), metrics=metrics, window="cycle")
+
+
 @pytest.mark.parametrize(
     ("name", "branch"), [("crank-rocker", 1.0), ("crank-rocker", -1.0), ("test-rig", None), ("slider-crank", None)]
 )
@@ -92,6 +106,17 @@ def test_a_power_that_touches_zero_is_proved():
     (row, _), false = verdicts_of("slider-crank", SLIDER_CRANK | {"damping": 30.0}, ("positive_work", "net_work"))
     assert row == ("proved", "")
     assert [verdict for verdict, _ in false] == ["refuted"] * 2
+
+
+def test_what_is_0_in_pieces_has_finite_intervals():
+    """The power of the drive is negative in some pieces of the turn, and there 0 is taken for it."""
+    row, request = of_kernel("crank-rocker", {"coupler_mass": 1.5}, ["positive_power_max", "positive_power_min"])
+    ((proof, _),) = certify_designs(request, {0: row}, [], is_front=False).values()
+    assert proof.verdict == "proved"
+    low, high = proof.intervals["positive_power_max"]
+    assert low < row["positive_power_max"] * (1.0 + 1e-9) < high * (1.0 + 2e-9)
+    assert high - low < 1e-14 * high
+    assert max(map(abs, proof.intervals["positive_power_min"])) < 1e-20
 
 
 #: Curves that begin where the output turns back, and that rest at their least value.
@@ -154,3 +179,50 @@ def test_a_slider_that_friction_locks_is_proved_to_be_locked():
     assert rows["status"].to_list() == [1.0] * 3
     proofs = proofs_of(find_mechanism("slider-crank"), rows.to_dict(orient="records"), metrics, window="cycle")
     assert [verdict for verdict, _ in proofs] == ["proved"] * 3
+
+
+@pytest.mark.parametrize("first", [-1000.0, -360.0, 0.0, 5.0, 400.0])
+@pytest.mark.parametrize("window", ["cycle", {"from": -300, "to": 40}, {"from": 0, "to": 90}, {"from": 340, "to": 690}])
+def test_curves_over_crank_angles_begin_at_any_angle(first, window):
+    """Extremes of intervals that begin or end with the curve stay open."""
+    points = [[first + place, value] for place, value in [[0.0, 5.0], [70.0, 300.0], [230.0, -100.0], [360.0, 5.0]]]
+    linkage, metrics = curved("crank_angle", points), ["drive_torque_mean", "drive_torque_rms"]
+    metrics += ["drive_torque_max"] if window == "cycle" else []
+    (row,) = rows_of(linkage, VALUES, metrics, window=window)
+    assert proofs_of(linkage_mechanism(linkage.table), [row], metrics, window=window) == [("proved", "")]
+
+
+@pytest.mark.parametrize("torque", [20.0, 180.0, 1e4])
+def test_errors_of_fluctuations_are_relative_to_the_torque(torque):
+    """A torque on the crank that is 10^5 times what it fluctuates by; its sums are rounded."""
+    linkage = with_loads(CASE, {"masses": {"S": 0.01}, "torques": {"crank": torque}})
+    (row,) = rows_of(linkage, VALUES, ["energy_fluctuation"], window="cycle")
+    mechanism = linkage_mechanism(linkage.table)
+    false = row | {"energy_fluctuation": row["energy_fluctuation"] + 3.0 * row["error"] * 2.0 * math.pi * torque}
+    proved, refuted = proofs_of(mechanism, [row, false], ["energy_fluctuation"], window="cycle")
+    assert proved == ("proved", "")
+    assert refuted[0] == "refuted"
+
+
+def test_the_size_of_a_force_that_stays_the_same_in_a_piece_is_proved():
+    """That of the load on its own pin, along a curve with an even part."""
+    curve = {"over": "crank_angle", "points": [[0, 50], [200, 50], [300, 200], [360, 50]]}
+    linkage = with_loads(CASES["watt-2"], {"forces": {"A": ["-cut", 0]}, "curves": {"cut": curve}})
+    metrics, values = ["A_force_on_crank_mean", "A_force_on_crank_rms"], values_of(CASES["watt-2"])
+    (row,) = rows_of(linkage, values, metrics, window="cycle")
+    assert row["A_force_on_crank_mean"] == pytest.approx((50.0 * 200.0 + 125.0 * 160.0) / 360.0)
+    assert proofs_of(linkage_mechanism(linkage.table), [row], metrics, window="cycle") == [("proved", "")]
+
+
+def test_what_is_not_known_over_a_cell_leaves_no_part_of_a_sum():
+    """A peak of 9.2 that is 0.01 rad wide, beside a sine: no cell is left out as that of the sine alone."""
+    graph = Graph()
+    cosine, sine = graph.input(COSINE), graph.input(SINE)
+    number = 1e-4 / (cosine * 0.6 + sine * 0.8 + 1.00001) + sine
+    program = Program(graph, (number.index,), "the sum")
+    function = Function(program, program.of_design())
+    peak = math.pi + math.asin(0.8)
+    low, high = ExtremeSearch(function, "the sum", arb(0.1), 0.1 + 2 * arb.pi(), is_turn=True).extremes()
+    assert high > 9.2 > function.value(arb(peak + 0.01))
+    assert high < 9.21
+    assert low > -1.0

@@ -14,7 +14,7 @@ from explore.comparison.strokes import WINDOWS
 from explore.comparison.timing import measure_cpu_seconds
 from explore.model.quantities import FloatArray
 
-#: Most designs of a scene, over the square of its chains, but at least one, whose exact statistics take seconds.
+#: Largest number of designs of a scene, over the square of its chains, but at least 1: exact statistics take seconds.
 MAX_RULE_DESIGNS = 8
 #: Statistics whose errors are measured; extremes stand for the larger error of both.
 _STATISTICS = ("mean", "variance", "cv", "extremes")

@@ -32,6 +32,11 @@ def root(number: Any) -> Any:
         return nowhere(number)
 
 
+def box_root(number: Any) -> Any:
+    """The square root in a box of complex numbers, or of a number that is the same in all of it."""
+    return number.sqrt(analytic=True) if isinstance(number, acb) else number.sqrt()
+
+
 def _first(number: Any) -> arb:
     """What the sign of a number is told by."""
     if isinstance(number, arb_series):

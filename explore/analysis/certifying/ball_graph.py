@@ -24,7 +24,7 @@ from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import LinkageTable
 
 #: Kind of functions that name numbers of a table as signals, `Declaration.table_signals`.
-Names = Callable[[Equations, Mapping[str, Quantity]], dict[str, Quantity]]
+NamedSignals = Callable[[Equations, Mapping[str, Quantity]], dict[str, Quantity]]
 #: Beginning of the names of inputs that are numbers.
 _NUMBER = "="
 #: Largest number of tables whose graphs are kept.
@@ -32,7 +32,7 @@ _MOST_KEPT = 16
 
 
 @lru_cache(_MOST_KEPT)
-def trace(table: LinkageTable, none: frozenset[str] = frozenset(), named: Names | None = None) -> TracedTable:
+def trace(table: LinkageTable, none: frozenset[str] = frozenset(), named: NamedSignals | None = None) -> TracedTable:
     """The graph of a linkage; the loads that these parameters are, are 0, and other signals have names too."""
     loads = table.loads and _with_none(table.loads, none)
     equations = Equations(_with_inputs(replace(table, loads=loads)), find_steps(table))
@@ -93,7 +93,7 @@ class TracedTable:
 class BallGraph:
     """The graph of a linkage of exact parameters, at the precision that is set."""
 
-    def __init__(self, table: LinkageTable, parameters: Mapping[str, Any], named: Names | None = None) -> None:
+    def __init__(self, table: LinkageTable, parameters: Mapping[str, Any], named: NamedSignals | None = None) -> None:
         none = frozenset(name for name in table.load_names if parameters.get(name) == 0)  # not those of curves
         self._traced, self._parameters = trace(table, none, named), parameters
         self.equations, self.quantities = self._traced.equations, self._traced.quantities

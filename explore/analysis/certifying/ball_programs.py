@@ -17,6 +17,7 @@ from explore.analysis.certifying.analytic import (
     TERMS,
     angle,
     angle_series,
+    box_root,
     choose,
     divide,
     maximum,
@@ -127,7 +128,7 @@ class Program:
     @cached_property
     def of_boxes(self) -> Callable[..., tuple[acb, ...]]:
         """The numbers in a box of complex angles; not finite where they are not analytic."""
-        forms = _OF_BALLS | {"sqrt": "{}.sqrt(analytic=True)"}
+        forms = _OF_BALLS | {"sqrt": "box_root({})"}
         return self._of_angle(forms | dict(zip(VERSINES, _BY_HALVES, strict=True)), ["th", "tg"])
 
     @cached_property
@@ -197,7 +198,8 @@ class Program:
 
 def _written(arguments: Sequence[str], lines: list[str], results: list[str]) -> Callable[..., Any]:
     """The function of these lines."""
-    text = "\n".join([f"def program({', '.join(arguments)}):", *lines, f"    return ({', '.join(results)},)"])
+    last = f"    return ({''.join(f'{result}, ' for result in results)})"  # () where there are none
+    text = "\n".join([f"def program({', '.join(arguments)}):", *lines, last])
     found: dict[str, Callable[..., Any]] = {}
     exec(text, _NAMES, found)  # noqa: S102  # the text has names and operations of a graph only
     return found["program"]
@@ -245,7 +247,8 @@ _FUNCTIONS = {"abs": size, "max": maximum, "maximum": maximum, "minimum": minimu
 _FORMULA_NAMES = {"power": "**"} | {name: name for name in ("sin", "cos", "tan", "log", "exp", "atan2", "hypot")}
 #: Functions that written functions call, by their names.
 _NAMES = {
-    **_FUNCTIONS, "choose": choose, "raised": raised, "root": root, "divide": divide, "angle": angle,
-    "angle_series": angle_series, "tightened": _tightened, "constant": _constant, "nan": math.nan, "inf": math.inf,
+    **_FUNCTIONS, "choose": choose, "raised": raised, "root": root, "box_root": box_root, "divide": divide,
+    "angle": angle, "angle_series": angle_series, "tightened": _tightened, "constant": _constant,
+    "nan": math.nan, "inf": math.inf,
     **{name: _or_nowhere((UNARY | BINARY)[other]) for name, other in _FORMULA_NAMES.items()},
 }  # fmt: skip

@@ -43,7 +43,7 @@ class Enclosure:
     @property
     def is_narrow(self) -> bool:
         """Whether the radius is far below the rounding of a double."""
-        return bool(self.ball.rad() <= self.scale.abs_upper() * _NARROW)
+        return self.scale.is_finite() and bool(self.ball.rad() <= self.scale.abs_upper() * _NARROW)
 
     def times(self, factor: arb) -> Enclosure:
         """The number in another unit, or of the opposite sign."""

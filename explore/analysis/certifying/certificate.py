@@ -147,12 +147,6 @@ class Certificate:
     def _derived(self, metric: DerivedMetric) -> Enclosure | None:
         name = metric.formula.name
         sampled = [source for source in metric.inputs if isinstance(source, SampledMetric | DerivedMetric)]
-        # The largest of some is not that of all.
-        if metric.formula.function in _LARGEST and len(sampled) == len(metric.inputs):
-            sources = [self.enclose(source) for source in sampled]
-            balls = [source.ball for source in sources if source]
-            balls = [abs(ball) for ball in balls] if metric.formula.function is largest_magnitude else balls
-            return Enclosure.of(reduce(arb.max, balls)) if len(balls) == len(sources) else None
         if name in _WORKS:
             (power,) = (self.enclose(source) for source in metric.inputs if isinstance(source, SampledMetric))
             work = power and power.times(2 * arb.pi() / self._speed)
@@ -162,6 +156,12 @@ class Certificate:
         if metric.formula.is_proportional:
             (source,) = metric.inputs
             return self.enclose(source) if isinstance(source, SampledMetric) else None
+        # The largest of some is not that of all.
+        if metric.formula.function in _LARGEST and len(sampled) == len(metric.inputs):
+            sources = [self.enclose(source) for source in sampled]
+            balls = [source.ball for source in sources if source]
+            balls = [abs(ball) for ball in balls] if metric.formula.function is largest_magnitude else balls
+            return Enclosure.of(reduce(arb.max, balls)) if len(balls) == len(sources) else None
         return self._follow(name)
 
     def _follow(self, name: str) -> Enclosure:

@@ -45,6 +45,8 @@ def same_value(function: Function, start: arb, stop: arb, reason: str) -> tuple[
         return None
     mean, square = arc_means(function.value, start, stop, reason)
     variance = (square - mean * mean).abs_upper()
-    most = (3 * slope * variance * length).abs_upper().root(3).max((8 * variance).sqrt())
+    cube = (3 * slope * variance * length).abs_upper()
+    most = arb(0) if cube.is_zero() else cube.root(3)  # flint has no cube root of 0 with few bits
+    most = most.max((8 * variance).sqrt())
     value = mean + arb(0, most.upper())
     return value, value

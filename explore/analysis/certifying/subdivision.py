@@ -13,7 +13,7 @@ from explore.analysis.certifying.balls import UndecidedError, UnprovedError
 
 #: Length of the longest cells of an arc at first, rad.
 _LONGEST_CELL = 0.27
-#: Fewest cells of an arc at first.
+#: Number of cells of a short arc at first.
 _FEWEST_CELLS = 2
 #: Largest number of cells that are looked at.
 MOST_CELLS = 2000

@@ -16,12 +16,23 @@ from explore.base.units.quantities import unit_factor
 from explore.mechanisms.linkages.coordinate import Coordinate
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.expressions import read_expression
-from explore.mechanisms.linkages.graph import COSINE, GREATEST_PLACE, INPUT_ANGLE, LEAST_PLACE, SENSES, SINE, Number
+from explore.mechanisms.linkages.graph import (
+    COSINE,
+    GREATEST_PLACE,
+    INPUT_ANGLE,
+    LEAST_PLACE,
+    SENSES,
+    SINE,
+    Graph,
+    Number,
+)
 from explore.mechanisms.linkages.load_table import CRANK_ANGLE, FROM_LEAST, TO_GREATEST, Curve
 from explore.mechanisms.linkages.table import LinkageTable
 
 #: Half a turn, deg.
 _HALF_TURN = 180.0
+#: Crank angles between which all windows of certificates are, deg: strokes begin below 366 deg.
+_WINDOWS = (-360, 726)
 
 
 def place_unit(table: LinkageTable, curve: Curve) -> str:
@@ -56,17 +67,24 @@ def _middle(table: LinkageTable, curve: Curve) -> float:
 def _crank_angle(equations: Equations, middle: float) -> Number:
     """The crank angle within half a turn of another one, deg, in rad."""
     graph = equations.graph
+    if graph.is_exact:
+        return _exact_crank_angle(graph, Fraction(middle) - Fraction(_HALF_TURN))
     cosine, sine = (
         read_expression(graph, Coordinate((), (("number", middle), (function, 0.0)))) for function in ("cos", "sin")
     )
-    if graph.is_exact:
-        angle, unit = graph.input(INPUT_ANGLE), unit_factor("deg", "rad")
-        ends = (graph.constant((Fraction(middle) + Fraction(end)) * unit) for end in (-_HALF_TURN, _HALF_TURN))
-        turns = sum(((angle - end).call(SENSES[0]) for end in ends), graph.constant(0.0))
-        return angle - graph.constant(Fraction(_HALF_TURN) * unit) * turns
     x, y = graph.input(COSINE), graph.input(SINE)
     angle = (y * cosine - x * sine).call("arctangent", x * cosine + y * sine)
     return angle + graph.constant(Fraction(middle) * unit_factor("deg", "rad"))
+
+
+def _exact_crank_angle(graph: Graph, first: Fraction) -> Number:
+    """The crank angle within the turn from a first one on, deg, in rad, with its jumps in all windows."""
+    angle, unit, half = graph.input(INPUT_ANGLE), unit_factor("deg", "rad"), Fraction(_HALF_TURN)
+    begin = first % _WINDOWS[0]
+    jumps = [place for place in (begin + 2 * half * k for k in range(4)) if place < _WINDOWS[1]]
+    senses = sum(((angle - graph.constant(jump * unit)).call(SENSES[0]) for jump in jumps), graph.constant(0.0))
+    moved = first - begin + half * (2 - len(jumps))  # between the first two jumps, the senses' share cancels the rest
+    return angle + graph.constant(moved * unit) - graph.constant(half * unit) * senses
 
 
 def levels_of_curve(table: LinkageTable, curve: Curve) -> tuple[float, ...]:

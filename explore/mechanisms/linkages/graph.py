@@ -161,7 +161,7 @@ class Number:
             elif name in ("add", "sub", "neg", "mul"):
                 orders[k] = sum(own) if name == "mul" else max(own)
             else:
-                orders[k] = 1.0 if name == "input" else math.inf
+                orders[k] = 1.0 if name == "input" and graph.nodes[k][1] != INPUT_ANGLE else math.inf
         return orders[self.index]
 
     def _of(self, other: Number | float) -> Number:
