@@ -33,7 +33,7 @@ POWERS = 2
 FEWEST_NODES = 20
 #: Number of rules, each of twice as many nodes as the one before.
 ROUNDS = 5
-#: Smallest square whose root is taken; powers of smaller squares are those of this one.
+#: Smallest square whose root is taken; powers of smaller squares are as this one's.
 _LEAST_SQUARE = 1e-180
 #: Number of samples of a panel from which its local minima are refined.
 _SEARCH_NODES = 96
