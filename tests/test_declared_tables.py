@@ -69,6 +69,42 @@ def test_a_table_moves_as_its_mechanism(mechanism):
             assert difference <= 1e-14 * np.abs(expected[name]).max(), (name, design)
 
 
+PINS = {"a": "crank pivot_force_on_frame", "b": "crank joint_force_on_coupler", "c": "rocker joint_force_on_rocker",
+        "d": "rocker pivot_force_on_frame"}  # fmt: skip
+#: Signals under load of the tables by the signals of the mechanisms.
+FORCES = {
+    **{f"pin_force_{pin}": name for pin, name in PINS.items()},
+    "drive_torque": "drive_torque", "power": "drive_power", "drive_power": "drive_power",
+    "positive_power": "positive_power", "friction_power": "friction_power", "guide_force": "slider_normal_force",
+    "crank_pivot_force": "crank pivot_force_on_frame", "crank_pin_force": "crank pin_force_on_rod",
+    "slider_pin_force": "slider pin_force_on_rod",
+}  # fmt: skip
+ANGLES_OF_LOADS = [0.3, 17.0, 89.0, 133.0, 181.0, 222.0, 301.0, 347.0]
+
+
+@pytest.mark.parametrize("mechanism", CASES)
+def test_forces_of_a_table_are_those_of_its_mechanism(mechanism):
+    """To 3e-14 of the largest value, with all loads, of designs that are off their limits by 0.1 % or more."""
+    rng, table = np.random.default_rng(8), MECHANISMS.of_table(table_of(MECHANISMS[mechanism]))
+    loads = {p.name: p for p in MECHANISMS[mechanism].parameters if p.affects == "load" and p.name != "gravity"}
+    if mechanism == "slider-crank":
+        designs = [{"crank": 40.0, "rod": 90.0 + 20.0 * k, "offset": 5.0 * k - 10.0} for k in range(6)]
+    else:
+        lengths = [(50.0, 200.0, 120.0, 180.0), (40.0, 90.0, 160.0, 170.0), (30.0, 301.0, 300.0, 100.0)] * 2
+        designs = [dict(zip(("crank", "coupler", "rocker", "ground"), each, strict=True)) for each in lengths]
+    for number, design in enumerate(designs):
+        values = {name: float(rng.uniform(0.1, 0.9)) for name in loads} | {"gravity": 9.0, "speed": 20.0}
+        values |= {"branch": 1.0 - 2.0 * (number % 2)} if mechanism == "crank-rocker" else {}
+        values |= {"friction": 0.2} if mechanism == "slider-crank" else {}
+        expected = explore.simulate(mechanism, design | values, angles=ANGLES_OF_LOADS)
+        found = explore.simulate(table.name, design | values, angles=ANGLES_OF_LOADS)
+        names = FORCES.keys() & set(expected)
+        assert len(names) >= 8
+        for name in names:
+            difference = np.abs(found[FORCES[name]].to_numpy() - expected[name].to_numpy()).max()
+            assert difference <= 3e-14 * np.abs(expected[name]).max(), (name, design)
+
+
 @pytest.mark.parametrize("mechanism", ["crank-rocker", "test-rig", "slider-crank"])
 def test_a_table_has_the_names_of_the_drawing_and_the_points_of_a_user(mechanism):
     own = MECHANISMS[mechanism]

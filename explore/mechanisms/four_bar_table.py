@@ -4,11 +4,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 
+from explore.mechanisms.four_bar_loads import LOADS
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, constant, joined, length
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PivotedMass
 from explore.mechanisms.linkages.quantity import Quantity
-from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, TableParameter
+from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, TableParameter, parameter_of_table
 from explore.mechanisms.linkages.vectors import cross, dot, minus
 
 #: Names of the lengths.
@@ -38,6 +39,7 @@ def four_bar_table(branch: str = "") -> LinkageTable:
         parameters=(
             *(TableParameter(name, "mm", lower=0.0) for name in LENGTHS),
             *([TableParameter(branch, "1")] if branch else []),
+            *map(parameter_of_table, LOADS),
         ),
         loads=_loads(length(branch) if branch else constant(1.0)),
         branches=(("rocker joint", branch),) if branch else (),

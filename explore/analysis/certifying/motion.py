@@ -11,11 +11,11 @@ from flint import arb, fmpq
 from explore.analysis.certifying.arcs import Arc, angle_of_mark, driven_arc, extremes, full_turn, interval, window_arc
 from explore.analysis.certifying.ball_graph import BallGraph, Function
 from explore.analysis.certifying.balls import UnprovedError, exact
-from explore.analysis.certifying.constants import constant_of, same_value
+from explore.analysis.certifying.constants import constant_of
 from explore.analysis.certifying.fluctuations import fluctuation
 from explore.analysis.certifying.means import arc_means, turn_means
 from explore.analysis.certifying.pieces import Piece, cut_pieces
-from explore.analysis.certifying.subdivision import ExtremeSearch, sign_changes
+from explore.analysis.certifying.subdivision import sign_changes
 from explore.analysis.certifying.turning import Turning
 from explore.mechanisms.linkages.declared import table_of
 from explore.mechanisms.linkages.graph import GREATEST_PLACE, LEAST_PLACE, Number
@@ -201,11 +201,9 @@ class Motion:
         constant = constant_of(quantity.number, pieces[0].function)
         middles = [piece.function.value((piece.start + piece.stop) / 2) for piece in pieces if not piece.is_tiny]
         size = reduce(arb.max, (abs(value).lower() for value in middles if value.is_finite()), arb(0))
+        reason = _too_close(quantity)
         found = [constant] if constant else [
-            (piece.value, piece.value) if piece.is_tiny else
-            same_value(piece.function, piece.start, piece.stop, _too_close(quantity)) or
-            ExtremeSearch(piece.function, signal.name, piece.start, piece.stop, is_turn, size).extremes()
-            for piece in pieces
+            piece.extremes(signal.name, size, reason, is_turn=is_turn) for piece in pieces
         ]  # fmt: skip
         low, high = reduce(arb.min, (low for low, _ in found)), reduce(arb.max, (high for _, high in found))
         if window.kind == "clutch":

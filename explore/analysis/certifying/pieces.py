@@ -9,7 +9,8 @@ from flint import arb
 from explore.analysis.certifying.arcs import Arc
 from explore.analysis.certifying.ball_graph import BallGraph, Function
 from explore.analysis.certifying.balls import UndecidedError, UnprovedError
-from explore.analysis.certifying.subdivision import Cell, Decision, sign_changes, tiny
+from explore.analysis.certifying.constants import same_value
+from explore.analysis.certifying.subdivision import Cell, Decision, ExtremeSearch, sign_changes, tiny
 from explore.mechanisms.linkages.graph import Number, operands
 
 #: Largest number of branches: zeros of the decision of each are looked for.
@@ -41,6 +42,13 @@ class Piece:
     def value(self) -> arb:
         """The number over all of the piece."""
         return self.function.value(self.start.union(self.stop))
+
+    def extremes(self, name: str, size: arb, reason: str, *, is_turn: bool) -> tuple[arb, arb]:
+        """Smallest and largest value of the number, which has a size elsewhere; the reason is that of `arc_means`."""
+        if self.is_tiny:
+            return self.value, self.value
+        same = same_value(self.function, self.start, self.stop, reason)
+        return same or ExtremeSearch(self.function, name, self.start, self.stop, is_turn, size).extremes()
 
 
 def cut_pieces(

@@ -33,8 +33,8 @@ POWERS = 2
 FEWEST_NODES = 20
 #: Number of rules, each of twice as many nodes as the one before.
 ROUNDS = 5
-#: Smallest square whose root is taken; powers of smaller squares are as this one's.
-_LEAST_SQUARE = 1e-180
+#: Smallest square whose cube root is taken; smaller ones have this root.
+_LEAST_SQUARE = 1e-300
 #: Number of samples of a panel from which its local minima are refined.
 _SEARCH_NODES = 96
 
@@ -97,11 +97,12 @@ def sum_powers(squares, weight, power):
             total += weight[lane] * math.sqrt(square if square > 0.0 else 0.0)
         return total
     for lane in range(LANES):
-        square = squares[lane] if squares[lane] > _LEAST_SQUARE else _LEAST_SQUARE
+        value = squares[lane]
+        square = value if value > _LEAST_SQUARE else _LEAST_SQUARE
         root = exponential(logarithm(square) * (1.0 / 3.0))
         cube = root * root * root  # a step of Halley's method, for the last digits
         root = root * (cube + 2.0 * square) / (2.0 * cube + square)
-        total += weight[lane] * (square * root * root)
+        total += weight[lane] * (root * root * (value if value > 0.0 else 0.0))
     return total
 
 

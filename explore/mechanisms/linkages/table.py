@@ -13,6 +13,7 @@ from functools import cached_property
 
 from explore.mechanisms.linkages.coordinate import Coordinate, Place, constant
 from explore.mechanisms.linkages.load_table import Loads
+from explore.model.quantities import Parameter
 
 #: The body that does not move.
 FRAME = "frame"
@@ -84,6 +85,11 @@ class TableParameter:
     default: float | None = None
     lower: float = -float("inf")
     upper: float = float("inf")
+
+
+def parameter_of_table(parameter: Parameter) -> TableParameter:
+    """A parameter of a mechanism as one of its table."""
+    return TableParameter(parameter.name, parameter.unit, parameter.long_name, parameter.default)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, constant, j
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PointForce
 from explore.mechanisms.linkages.quantity import Quantity
-from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slot, TableParameter
+from explore.mechanisms.linkages.table import FRAME, Body, LinkageTable, Slot, TableParameter, parameter_of_table
+from explore.mechanisms.slider_crank.loads import PARAMETERS
 
 #: Signal of the table for each of these signals of `loads`.
 _SIGNALS = {
@@ -71,6 +72,7 @@ TABLE = LinkageTable(
         TableParameter("crank", "mm", lower=0.0),
         TableParameter("rod", "mm", lower=0.0),
         TableParameter("offset", "mm"),
+        *map(parameter_of_table, PARAMETERS),
     ),
     loads=_loads(),
 )
