@@ -24,7 +24,7 @@ _ORIGIN = ZERO, ZERO
 
 
 def four_bar_table(branch: str = "") -> LinkageTable:
-    """The four-bar under load whose `branch` is a parameter of this name, 1 or -1; 1 without."""
+    """The four-bar whose `branch` is a parameter of this name, 1 or -1; 1 without."""
     return LinkageTable(
         driver="crank",
         output="rocker",
@@ -39,11 +39,15 @@ def four_bar_table(branch: str = "") -> LinkageTable:
         parameters=(
             *(TableParameter(name, "mm", lower=0.0) for name in LENGTHS),
             *([TableParameter(branch, "1")] if branch else []),
-            *map(parameter_of_table, LOADS),
         ),
-        loads=_loads(length(branch) if branch else constant(1.0)),
         branches=(("rocker joint", branch),) if branch else (),
     )
+
+
+def loaded_four_bar(branch: str = "") -> LinkageTable:
+    """The same under load."""
+    table, loads = four_bar_table(branch), _loads(length(branch) if branch else constant(1.0))
+    return replace(table, parameters=(*table.parameters, *map(parameter_of_table, LOADS)), loads=loads)
 
 
 def _loads(side: Coordinate) -> Loads:

@@ -11,7 +11,7 @@ from explore.mechanisms.four_bar_exact import exact_four_bar
 from explore.mechanisms.four_bar_forces import LOADED_SIGNAL_ROWS, Load
 from explore.mechanisms.four_bar_loads import LOAD_FORMULAS, LOAD_PANELS, LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
-from explore.mechanisms.four_bar_table import four_bar_table, signals_of_four_bar
+from explore.mechanisms.four_bar_table import four_bar_table, loaded_four_bar, signals_of_four_bar
 from explore.mechanisms.linkages.added_points import with_points
 from explore.mechanisms.linkages.motions import declare_targets_of_link
 from explore.mechanisms.prescribed_strokes import lengths_of_swing
@@ -31,7 +31,6 @@ _VELOCITY_SIGNALS, _ACCELERATION_SIGNALS = zip(
     rates_of("rocker_angle", "rad", "rocker angular {}", _ROCKER_ROWS, _RATES),
     strict=True,
 )
-_TABLE = four_bar_table("branch")
 _STROKES = ("overlapped_to_extended", "extended_to_overlapped")
 _STROKE_WINDOWS = ("drive", "return", *_STROKES)
 _GEOMETRY_METRICS = (
@@ -167,7 +166,7 @@ _EXTENDED = Mechanism(
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
     kernel_version="23",
-    table=_TABLE,
+    table=loaded_four_bar("branch"),
     table_signals=signals_of_four_bar,
     exact=exact_four_bar,
     n_constants=ExtendedRow.STATUS,
@@ -182,7 +181,7 @@ _EXTENDED = Mechanism(
     statuses=rocking.STATUSES,
     drawing=four_bar_drawing.DRAWING,
     floating_link=FloatingLink("coupler", "the crank's pin", "crank joint", "coupler_angle", kernels=with_points),
-    targets=declare_targets_of_link(_TABLE, "coupler", "transmission_angle_min", "swing_angle"),
+    targets=declare_targets_of_link(four_bar_table("branch"), "coupler", "transmission_angle_min", "swing_angle"),
     panels=(
         Panel("angle", ("coupler_angle", "rocker_angle")),
         Panel("transmission angle", ("transmission_angle",), limits=(0.0, 180.0)),

@@ -70,6 +70,8 @@ class TableMotion:
 
     def shapes(self, inputs: FloatArray) -> FloatArray:
         """The constants of designs, (n, k), from their parameters, (n, p)."""
+        if inputs.shape[1] != len(self.inputs):  # the compiled functions would read beyond their rows
+            raise ValueError(f"{len(self.inputs)} inputs of the motion are needed, not {inputs.shape[1]}")
         inputs_of_table = inputs[:, : len(self.table.parameters)]
         constants, status = close_table(self._kernel(), inputs_of_table)
         shapes = np.ascontiguousarray(constants.T)

@@ -5,7 +5,7 @@ from explore.mechanisms.four_bar_exact import exact_four_bar
 from explore.mechanisms.four_bar_forces import Load
 from explore.mechanisms.four_bar_loads import LOAD_SIGNALS, LOADS
 from explore.mechanisms.four_bar_size import declare_four_bar_size
-from explore.mechanisms.four_bar_table import four_bar_table, signals_of_four_bar
+from explore.mechanisms.four_bar_table import loaded_four_bar, signals_of_four_bar
 from explore.mechanisms.linkages.added_points import with_points
 from explore.mechanisms.prescribed_strokes import lengths_of_swing
 from explore.mechanisms.rates import rates_of
@@ -97,7 +97,7 @@ TEST_RIG = Mechanism(
     default_metrics={"": (*(metric.name for metric in _METRICS), *_SAMPLED_DEFAULTS)},
     objectives=("pin_force_peak", "velocity_thd", "size"),
     kernel_version="17",
-    table=four_bar_table(),
+    table=loaded_four_bar(),
     table_signals=signals_of_four_bar,
     exact=exact_four_bar,
     n_constants=Row.STATUS,

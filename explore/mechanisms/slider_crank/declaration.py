@@ -14,7 +14,7 @@ from explore.mechanisms.slider_crank import columns, extended, kernel, loads
 from explore.mechanisms.slider_crank.columns import ExtendedRow, Row
 from explore.mechanisms.slider_crank.exact import exact_slider_crank
 from explore.mechanisms.slider_crank.loop import LOOP
-from explore.mechanisms.slider_crank.table import TABLE, signals_of_slider_crank
+from explore.mechanisms.slider_crank.table import LOADED_TABLE, TABLE, signals_of_slider_crank
 from explore.model.drawing import INPUT, Drawing, Guide, Link, Panel, Path, Vector
 from explore.model.mechanism import Mechanism
 from explore.model.points import Extent, FloatingLink
@@ -165,7 +165,7 @@ _EXTENDED = Mechanism(
     },
     objectives=("cv", "slider_acceleration_peak", "pressure_angle_max"),
     kernel_version="20",
-    table=TABLE,
+    table=LOADED_TABLE,
     table_signals=signals_of_slider_crank,
     exact=exact_slider_crank,
     n_constants=ExtendedRow.STATUS,

@@ -72,7 +72,7 @@ TABLE = LinkageTable(
         TableParameter("crank", "mm", lower=0.0),
         TableParameter("rod", "mm", lower=0.0),
         TableParameter("offset", "mm"),
-        *map(parameter_of_table, PARAMETERS),
     ),
-    loads=_loads(),
 )
+#: Table under load.
+LOADED_TABLE = replace(TABLE, parameters=(*TABLE.parameters, *map(parameter_of_table, PARAMETERS)), loads=_loads())
