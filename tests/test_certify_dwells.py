@@ -82,4 +82,4 @@ def test_a_dwell_at_both_ends_of_the_stroke_has_no_proved_start():
 def test_an_output_that_moves_less_than_the_travel_rests_for_the_whole_turn():
     row, (true, *_) = verdicts_of("slider-crank", DESIGNS["slider-crank"], travel_of(500.0))
     assert row["dwell_angle"] == 360.0
-    assert true[0] != "refuted"
+    assert true == ("open", "dwell_start is not decided with 1024 bits")  # all starts serve as well

@@ -26,7 +26,8 @@ _NEAR = 2.0**-80
 #: Words for what is cut and searched.
 _TRAVEL = "the travel in a dwell"
 
-Interval = tuple[arb, arb]
+#: Start and end of an interval, rad.
+_Interval = tuple[arb, arb]
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class _Least:
     value: arb
     travel: _Sum | None
 
-    def places(self, least: arb) -> list[Interval]:
+    def places(self, least: arb) -> list[_Interval]:
         """Where the travel may be the least of all."""
         if self.travel is None or not self.travel.terms:
             return [(self.part.start, self.part.stop)]
@@ -121,7 +122,7 @@ class Dwell:
         serving = [not each.value > least for each in parts]
         if all(serving):
             raise UndecidedError
-        begin, places = serving.index(False), list[Interval]()
+        begin, places = serving.index(False), list[_Interval]()
         for k in range(begin, begin + len(parts)):
             moved = turn * (k // len(parts))
             found = parts[k % len(parts)].places(least) if serving[k % len(parts)] else []
@@ -149,9 +150,9 @@ class Dwell:
             # All of these dwells pass what is from the last start to the first end, which may be more than another.
             least = self._range(inner, *([second, first + angle] if second < first + angle else []))
             if least > most:
-                yield _Least(Part(first, second, {}), least, None)
+                yield _Least(Part(first, second), least, None)
             else:
-                yield from self._between(Part(first, second, {}), angle, inner)
+                yield from self._between(Part(first, second), angle, inner)
 
     def _range(self, inner: list[arb], *angles: arb) -> arb:
         """The largest less the least of places where the output turns back, and of those at angles."""

@@ -199,9 +199,7 @@ class Motion:
         pieces = self._pieces(quantity, window)
         is_turn = arc.is_turn and len(pieces) == 1
         constant = constant_of(quantity.number, pieces[0].function)
-        middles = [piece.function.value((piece.start + piece.stop) / 2) for piece in pieces if not piece.is_tiny]
-        size = reduce(arb.max, (abs(value).lower() for value in middles if value.is_finite()), arb(0))
-        reason = _too_close(quantity)
+        size, reason = _size(pieces), _too_close(quantity)
         found = [constant] if constant else [
             piece.extremes(signal.name, size, reason, is_turn=is_turn) for piece in pieces
         ]  # fmt: skip
@@ -304,6 +302,12 @@ class Motion:
         change = cast(Signal, self._mechanism.derivative(rate))  # every declaration with clutches has one
         rates = [self.function(self.quantity(signal)) for signal in (rate, change)]
         return driven_arc(rates[0], rates[1], self._arc(clutch), self._period)
+
+
+def _size(pieces: list[Piece]) -> arb:
+    """The largest magnitude that a signal has for certain in the middle of a piece."""
+    middles = (piece.function.value((piece.start + piece.stop) / 2) for piece in pieces if not piece.is_tiny)
+    return reduce(arb.max, (abs(value).lower() for value in middles if value.is_finite()), arb(0))
 
 
 def _too_close(quantity: Quantity) -> str:

@@ -1,7 +1,7 @@
 """Arcs cut where numbers take another form: where a motion turns back, at corners of sizes and of the larger of two."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from flint import arb
@@ -25,7 +25,7 @@ class Part:
 
     start: arb
     stop: arb
-    signs: Mapping[int, int | arb]
+    signs: Mapping[int, int | arb] = field(default_factory=dict)
     is_tiny: bool = False
 
 
@@ -62,7 +62,7 @@ def cut_pieces(
     def function(of: Number, part: Part) -> Function:
         return graph.function([of], references, name, part.signs)
 
-    program, parts = graph.cut_program(number, name), [Part(arc.start, arc.stop, {})]
+    program, parts = graph.cut_program(number, name), [Part(arc.start, arc.stop)]
     if len(program.branches) > _MOST_BRANCHES:
         reason = f"{name} has {len(program.branches)} terms with jumps or corners; proofs take at most {_MOST_BRANCHES}"
         raise UnprovedError(reason)

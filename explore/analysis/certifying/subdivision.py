@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Protocol
 
 from flint import arb, ctx
@@ -96,7 +97,7 @@ def sign_changes(
         if rises or slope < 0:
             low, high = (function.series(end)[0][0] for end in (cell.middle - cell.half, cell.middle + cell.half))
             if (low < 0 and high > 0) or (low > 0 and high < 0):
-                found.append((_zero(function, cell, slope), rises))
+                found.append((_zero(partial(_value_series, function), cell, slope), rises))
                 continue
             if (low < 0 and high < 0) or (low > 0 and high > 0):
                 continue
@@ -120,20 +121,33 @@ def tiny() -> arb:
     return arb(2) ** -min(ctx.prec // 2, _MOST_HALVINGS)
 
 
-def _zero(function: Expandable, cell: Cell, slope: arb) -> arb:
-    """The zero in a cell in which a function has a slope, by Newton's method on intervals, else by bisection."""
+def _zero(expand: Callable[[arb], Sequence[arb]], cell: Cell, slope: arb) -> arb:
+    """The zero in a cell of a function that has a slope, by Newton's method on intervals, else by bisection.
+
+    `expand` gives its Taylor coefficients about an angle.
+    """
     place, rises = cell.middle + arb(0, cell.half.upper()), bool(slope > 0)
     for _ in range(ctx.prec):
         middle = place.mid()
-        value = function.series(middle)[0][0]
+        value = expand(middle)[0]
         better = place.intersection(middle - value / slope)
         if not better.rad() < place.rad() / 2:
             if value.contains(0):
                 return better
             better = middle.union(place.lower() if bool(value > 0) == rises else place.upper())
-        place, slope_here = better, function.series(better)[0][1]
+        place, slope_here = better, expand(better)[1]
         slope = slope.intersection(slope_here) if slope_here.is_finite() else slope
     return place
+
+
+def _value_series(function: Expandable, angle: arb) -> list[arb]:
+    """Taylor coefficients of the first function."""
+    return function.series(angle)[0]
+
+
+def _slope_series(function: Expandable, angle: arb) -> list[arb]:
+    """Taylor coefficients of its derivative."""
+    return [k * term for k, term in enumerate(function.series(angle)[0])][1:]
 
 
 @dataclass
@@ -243,27 +257,8 @@ def places_of_least(function: Expandable, start: arb, stop: arb, least: arb) -> 
         elif cell.half < tiny() or count > MOST_CELLS:
             found.append((low, high))
         elif bend > 0 and first[1] < 0 and last[1] > 0:
-            place = _zero(_Derivative(function), cell, bend)
+            place = _zero(partial(_slope_series, function), cell, bend)
             found.append((place, place))
         else:
             waiting += cell.halves()
     return found
-
-
-@dataclass(frozen=True)
-class _Derivative:
-    """The derivative of the first function."""
-
-    function: Expandable
-
-    def value(self, angle: arb) -> arb:
-        """The value at an angle."""
-        return self.function.series(angle)[0][1]
-
-    def series(self, angle: arb) -> list[list[arb]]:
-        """Taylor coefficients about an angle."""
-        return [[k * term for k, term in enumerate(self.function.series(angle)[0])][1:]]
-
-    def series_over(self, middle: arb, half: arb) -> list[list[arb]]:
-        """The same about the middle of a cell; the last one is that about all angles of the cell."""
-        return [[k * term for k, term in enumerate(self.function.series_over(middle, half)[0])][1:]]

@@ -29,11 +29,15 @@ Numbers = Mapping[str, float | fmpq]
 def is_searched(metric: AnyMetric | Parameter) -> bool:
     """Whether the turn is searched for each point of a target, which takes tenths of a second."""
     function = metric.formula.function if isinstance(metric, DerivedMetric) else None
-    target = function.target if isinstance(function, TargetMeasure) else None
-    is_own = isinstance(target, PosesTarget | tuple) or (
-        isinstance(target, PathTarget) and target.angles_from != "frame"
-    )
+    measure = function if isinstance(function, TargetMeasure) else None
+    target = measure.target if measure else None
+    is_timed = isinstance(target, PathTarget) and target.angles_from == "frame"
+    is_own = (isinstance(target, PosesTarget | PathTarget) and not is_timed) or bool(measure and _is_of_dwell(measure))
     return is_own or (isinstance(metric, DerivedMetric) and any(map(is_searched, metric.inputs)))
+
+
+def _is_of_dwell(measure: TargetMeasure) -> bool:
+    return measure.measures is measure_dwell
 
 
 class TargetErrors:
@@ -62,7 +66,7 @@ class TargetErrors:
         target, known = measure.target, self._parameters
         if isinstance(target, FunctionTarget):
             return _statistic(formula.name, self._errors_of_output(target))
-        if isinstance(target, tuple):
+        if _is_of_dwell(measure):
             return self._of_dwell(formula, measure)
         if target not in self._known and isinstance(target, PathTarget):
             angles = _balls(measure_paths(measure.motion, target, tuple(self._columns(formula)))[1][0])
