@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 import explore
 from explore.base.compiling import FILL_SIGNATURE, LANES, compiled, function_type
 from explore.evaluation.quadrature import bounds
-from explore.evaluation.quadrature.magnitudes import power_means, sum_powers
+from explore.evaluation.quadrature.magnitudes import _turn_mean, power_means, sum_powers
 from explore.evaluation.quadrature.panels import (
     ANCHOR,
     CENTRE,
@@ -302,6 +302,41 @@ def test_two_rules_that_agree_by_accident_do_not_end_the_search(bracket):
     tile.constants[:] = peak
     integral, bound, _ = integrate_magnitude(fill_squared_peak, panels, tolerance, *gauss_legendre_rules(), tile)
     assert abs(integral / exact - 1.0) <= bound <= tolerance
+
+
+@compiled(FILL_SIGNATURE)
+def fill_squared_sine(constants, tangents, anchor, law, variant, count, needs, out):
+    """The square of the magnitude |c - sin(angle)|; c is the constant."""
+    for k in range(count * LANES):
+        sine = 2.0 * tangents[k] / (1.0 + tangents[k] ** 2)
+        out[k] = (constants[k % LANES] - sine) ** 2
+
+
+@compiled(types.Tuple((float64, float64, int64))(function_type(FILL_SIGNATURE), float64, TILE_WORK_TYPE))
+def integrate_turn(fill, tolerance, tile):
+    """`_turn_mean` of power 0 of row 0."""
+    return _turn_mean(fill, 0, 1, 0, 0, 0, 0, 0, tolerance, tile)
+
+
+@pytest.mark.parametrize("tolerance", [1e-12, 1e-9, 1e-6])
+def test_equispaced_nodes_serve_magnitudes_away_from_zero_alone(tolerance):
+    """Of |c - sin|, whose zeros lie anywhere between nodes and whose minima near 0 are as narrow as one likes."""
+    sizes = Sizes(n_constants=1, n_fill_constants=1, rows=1, record_rows=1, first_parameter=0, noise_row=-1,
+                  variant_row=-1, is_disturbed=0)  # fmt: skip
+    _, tile, _ = make_work_space(sizes, 0)
+    served = 0
+    for c in np.concatenate([np.linspace(0.0, 1.0, 1001), 1.0 + np.geomspace(1e-9, 10.0, 1000)]):
+        tile.constants[:] = c
+        integral, bound, nodes = integrate_turn(fill_squared_sine, tolerance, tile)
+        if bound == math.inf:
+            assert c < 1.3
+            continue
+        served += 1
+        assert c > 1.0
+        assert abs(integral / (2.0 * math.pi * c) - 1.0) <= bound + 1e-15
+        assert bound <= tolerance
+        assert nodes <= 128
+    assert served > 100
 
 
 def test_node_counts_grow_like_the_logarithm_of_the_distance():

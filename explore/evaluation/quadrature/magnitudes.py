@@ -1,14 +1,17 @@
 """Means of powers of a magnitude, of which the samples are squares.
 
 Where a magnitude touches 0, or nearly does, its odd powers have a corner, or nearly have one, that no rule over a whole
-panel resolves. So each panel is cut at its local minima. The corners are then at the ends of the pieces, at worst as
-algebraic singularities. A substitution by a polynomial whose first two derivatives are 0 at the ends clusters the nodes
-there: a power p of the distance becomes one of 3 p, for which Gauss-Legendre rules converge like N^-(6 p + 2), at worst
-N^-8.
+panel resolves. So each panel is cut at its local minima near 0, and where that does not suffice at all of them. The
+corners are then at the ends of the pieces, at worst as algebraic singularities. A substitution by a polynomial whose
+first two derivatives are 0 at the ends clusters the nodes there: a power p of the distance becomes one of 3 p, for
+which Gauss-Legendre rules converge like N^-(6 p + 2), at worst N^-8. In a panel without cuts nothing is clustered.
 
 The rules of 20, 40, ... 320 nodes are compared until two agree. The bound is the difference of the last two, which
-estimates the error of the last but one, and at least a hundredth of the difference before, because two rules may agree
-by accident.
+estimates the error of the last but one. Two rules may agree by accident: so it is at least a hundredth of the
+difference before, or a multiple of its square, which is what errors that fall exponentially leave of it.
+
+Over a turn without breaks a magnitude that stays away from 0 has equispaced nodes, of which each rule has all nodes of
+the one before.
 
 Here the lanes of a tile are nodes of one design.
 """
@@ -18,21 +21,31 @@ import math
 import numpy as np
 
 from explore.base.compiling import LANES
-from explore.base.lanes.elementary import exponential, logarithm
+from explore.base.lanes.elementary import exponential, logarithm, tangent
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.bounds import CHUNK, FLAG_SQUARES
 from explore.evaluation.quadrature.brent import ACTIVE, BEST, minimise, start_lane
 from explore.evaluation.quadrature.chunks import gather_design
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
-from explore.evaluation.quadrature.slots import BOUND, ROOT_MEAN
+from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
+from explore.evaluation.quadrature.slots import BOUND, CLUTCH, KIND, ROOT_MEAN
 from explore.evaluation.quadrature.tiles import TILE_RESOLUTION, TILE_SCALE, TILE_TURNED
+from explore.evaluation.quadrature.windows import TURN
 
 #: Number of powers: power 0 has the exponent 1, power 1 the exponent 10/3.
 POWERS = 2
 #: Number of nodes of the first rule.
-FEWEST_NODES = 20
+_FEWEST_NODES = 20
 #: Number of rules, each of twice as many nodes as the one before.
-ROUNDS = 5
+_ROUNDS = 5
+#: Least error of a rule over the difference of the two before.
+_LEFT_OF_DIFFERENCE = 0.01
+#: Least error of a rule over the square of this difference, all relative; the lesser of both counts.
+_LEFT_OF_SQUARE = 10.0
+#: Largest number of equispaced nodes over a turn; the number of the first rule is that of the lanes.
+_MOST_EQUISPACED = 128
+#: Square over the largest one below which a magnitude is near 0.
+_NEAR_ZERO = 1.0 / 64.0
 #: Smallest square whose cube root is taken; smaller ones have this root.
 _LEAST_SQUARE = 1e-300
 #: Number of samples of a panel from which its local minima are refined.
@@ -48,43 +61,115 @@ def power_means(
     The lanes of the constants of the tile are all the same design; its panels are every `stride`-th from `begin` on. Of
     the `rows` of the signals, `row` holds the squares; `power` is the number of the power.
     """
-    tangents, weight, signals, cuts = tile.tangents, tile.weights, tile.signals, tile.marks
     total, error, nodes = 0.0, 0.0, 0
     for p in range(begin, begin + panel_count * stride, stride):
-        anchor, law, variant = int(panels[ANCHOR + p]), int(panels[LAW + p]), int(panels[VARIANT + p])
-        centre, half = panels[CENTRE + p], panels[HALF + p]
         for lane in range(LANES):
             tile.shape[TILE_SCALE + lane], tile.shape[TILE_RESOLUTION + lane] = panels[SCALE + p], 1.0
             tile.shape[TILE_TURNED + lane] = 0.0
-        place_between(
-            centre, -half, half, panels[SCALE + p], _SEARCH_NODES, row_of, table, False, tile.roots, tangents, weight
-        )  # fmt: skip
-        fill(tile.constants, tangents, anchor, law, variant, _SEARCH_NODES // LANES, needs, signals)
-        nodes += _SEARCH_NODES
-        pieces = _cut_at_minima(fill, needs, rows, row, anchor, law, variant, centre, half, cuts, tile)
-        for k in range(pieces):
-            integral, difference, bound, requested_count = 0.0, np.inf, np.inf, FEWEST_NODES
-            for _ in range(ROUNDS):
-                count = size_of[requested_count]
-                place_between(
-                    centre, cuts[k], cuts[k + 1], panels[SCALE + p], count, row_of, table, True, tile.roots, tangents,
-                    weight,
-                )  # fmt: skip
-                fill(tile.constants, tangents, anchor, law, variant, (count + LANES - 1) // LANES, needs, signals)
-                previous, integral = integral, 0.0
-                for group in range((count + LANES - 1) // LANES):
-                    squares = signals[(group * rows + row) * LANES :]
-                    integral += sum_powers(squares, weight[group * LANES :], power)
+        integral, bound = 0.0, math.inf
+        for highest in (_NEAR_ZERO, 1.0):
+            if bound > 0.2 * tolerance * integral:
+                integral, bound, count = _integrate_panel(
+                    fill, needs, rows, row, power, panels, p, highest, tolerance, size_of, row_of, table, tile
+                )
                 nodes += count
-                if count > FEWEST_NODES:
-                    bound = max(abs(integral - previous), 0.01 * difference if count > 2 * FEWEST_NODES else 0.0)
-                    difference = abs(integral - previous)
-                if bound <= 0.2 * tolerance * integral:
-                    break
-                requested_count = 2 * requested_count
-            total += integral
-            error += bound
+        total, error = total + integral, error + bound
     return total, error / total if total > 0.0 else 0.0, nodes
+
+
+@subroutine()
+def _integrate_panel(fill, needs, rows, row, power, panels, p, highest, tolerance, size_of, row_of, table, tile):
+    """Integral over panel p, cut at minima of up to `highest` times the largest square; its error bound; nodes."""
+    anchor, law, variant = int(panels[ANCHOR + p]), int(panels[LAW + p]), int(panels[VARIANT + p])
+    centre, half, scale = panels[CENTRE + p], panels[HALF + p], panels[SCALE + p]
+    whole = _sum_between(
+        fill, needs, rows, row, power, anchor, law, variant, centre, -half, half, scale, _SEARCH_NODES, row_of, table,
+        False, tile,
+    )  # fmt: skip
+    pieces = _cut_at_minima(fill, needs, rows, row, anchor, law, variant, centre, half, highest, tile)
+    total, error, nodes = 0.0, 0.0, _SEARCH_NODES
+    for k in range(pieces):
+        # A panel without minima keeps the samples that they are looked for among.
+        is_whole = tile.marks[k + 1] == math.inf
+        wanted = size_of[_SEARCH_NODES // 4 if is_whole else _FEWEST_NODES]
+        previous, difference, bound = 0.0, math.inf, math.inf
+        for number in range(_ROUNDS):
+            integral = whole
+            if wanted != _SEARCH_NODES or not is_whole:
+                integral = _sum_between(
+                    fill, needs, rows, row, power, anchor, law, variant, centre, tile.marks[k],
+                    half if is_whole else tile.marks[k + 1], scale, wanted, row_of, table, not is_whole, tile,
+                )  # fmt: skip
+                nodes += wanted
+            if number > 0:
+                last = abs(integral - previous)
+                bound, difference = bound_by_differences(last, difference, integral), last
+            if bound <= 0.2 * tolerance * integral or 2 * wanted > LARGEST_NODE_COUNT:
+                break
+            previous, wanted = integral, size_of[2 * wanted]
+        total, error = total + integral, error + bound
+    return total, error, nodes
+
+
+@subroutine()
+def _sum_between(
+    fill, needs, rows, row, power, anchor, law, variant, centre, first, last, scale, count, row_of, table, clustered,
+    tile,
+):  # fmt: skip
+    """Integral of a power of a magnitude between two places of a panel by one rule; the tile keeps the samples."""
+    place_between(centre, first, last, scale, count, row_of, table, clustered, tile.roots, tile.tangents, tile.weights)
+    groups, integral = (count + LANES - 1) // LANES, 0.0
+    fill(tile.constants, tile.tangents, anchor, law, variant, groups, needs, tile.signals)
+    for group in range(groups):
+        squares = tile.signals[(group * rows + row) * LANES :]
+        integral += sum_powers(squares, tile.weights[group * LANES :], power)
+    return integral
+
+
+@subroutine()
+def bound_by_differences(last, before, size):
+    """Error bound of the last of three rules, from the last difference and that `before`, infinite if there is none.
+
+    `size` is what errors are relative to.
+    """
+    if not 0.0 < before < math.inf:
+        return last
+    return max(last, min(_LEFT_OF_DIFFERENCE, _LEFT_OF_SQUARE * before / size) * before)
+
+
+@subroutine()
+def _turn_mean(fill, needs, rows, row, power, anchor, law, variant, tolerance, tile):
+    """Integral over a turn of a power of a magnitude by equispaced nodes, its relative error bound, number of nodes.
+
+    The bound is infinite where the magnitude is near 0, or where the rule with the most nodes does not suffice. The
+    lanes of the constants of the tile are all the same design.
+    """
+    for lane in range(LANES):
+        tile.weights[lane] = 1.0
+    total, least, largest, first, count = 0.0, math.inf, 0.0, 1.0 / 3.0, 0
+    integral, difference, bound = 0.0, math.inf, math.inf
+    while count < _MOST_EQUISPACED:
+        # As many nodes as there are, midway between them.
+        added = max(count, LANES)
+        shift, groups = (first + 0.5) % 1.0 if count > 0 else first, added // LANES
+        for j in range(added):
+            tile.tangents[j] = tangent(math.pi * ((j + shift) / added - 0.5))
+        fill(tile.constants, tile.tangents, anchor, law, variant, groups, needs, tile.signals)
+        for group in range(groups):
+            squares = tile.signals[(group * rows + row) * LANES :]
+            total += sum_powers(squares, tile.weights, power)
+            for lane in range(LANES):
+                least, largest = min(least, squares[lane]), max(largest, squares[lane])
+        count += added
+        if not least > _NEAR_ZERO * largest:
+            return 0.0, math.inf, count
+        previous, integral = integral, 2.0 * math.pi * total / count
+        if count > added:
+            last = abs(integral - previous)
+            bound, difference, first = bound_by_differences(last, difference, integral), last, 2.0 * first % 1.0
+        if bound <= 0.2 * tolerance * integral:
+            return integral, bound / integral, count
+    return integral, math.inf, count
 
 
 @subroutine(fast=True, inlined=True)
@@ -137,13 +222,17 @@ def place_between(panel_centre, first, last, scale, count, row_of, table, cluste
 
 
 @subroutine()
-def _cut_at_minima(fill, needs, rows, row, anchor, law, variant, centre, half, cuts, tile):
-    """Fill the ends of the pieces between the minima of a panel, in t from its centre; return the number of pieces.
+def _cut_at_minima(fill, needs, rows, row, anchor, law, variant, centre, half, highest, tile):
+    """Fill the ends of the pieces between minima of a panel, in t from its centre; return the number of pieces.
 
+    Minima are squares of up to `highest` times the largest one. Where there is none, the end of the piece is infinite.
     There are at most as many minima as lanes; the error bound includes further ones, which are rare.
     """
-    t, samples, state = tile.roots, tile.signals, tile.state
-    lanes, first, last = 0, centre - half, centre + half
+    t, samples, state, cuts = tile.roots, tile.signals, tile.state, tile.marks
+    lanes, first, last, largest, cuts[0] = 0, centre - half, centre + half, 0.0, -half
+    for group in range(_SEARCH_NODES // LANES):
+        for lane in range(LANES):
+            largest = max(largest, samples[(group * rows + row) * LANES + lane])
     for lane in range(LANES):
         state[ACTIVE + lane], state[BEST + lane] = 0.0, 0.5 * (first + last)
     for j in range(_SEARCH_NODES):
@@ -151,14 +240,16 @@ def _cut_at_minima(fill, needs, rows, row, anchor, law, variant, centre, half, c
         value = samples[(j // LANES * rows + row) * LANES + j % LANES]
         left = samples[((j - 1) // LANES * rows + row) * LANES + (j - 1) % LANES] if j > 0 else np.inf
         right = samples[((j + 1) // LANES * rows + row) * LANES + (j + 1) % LANES] if j < _SEARCH_NODES - 1 else np.inf
-        if value <= left and value < right and lanes < LANES:
+        if value <= left and value < right and value <= highest * largest and lanes < LANES:
             low, high = t[j - 1] if j > 0 else first, t[j + 1] if j < _SEARCH_NODES - 1 else last
             previous = 2.0 * (high - low) if left < np.inf and right < np.inf else 0.0
             start_lane(state, lanes, low, t[j], high, left, value, right, previous)
             lanes += 1
-    if lanes > 0:
-        minimise(fill, tile.constants, tile.shape, anchor, law, variant, needs, row, 1.0, state, tile.tangents, samples)
-    cuts[0], pieces = -half, 1
+    if lanes == 0:
+        cuts[1] = math.inf
+        return 1
+    minimise(fill, tile.constants, tile.shape, anchor, law, variant, needs, row, 1.0, state, tile.tangents, samples)
+    pieces = 1
     for lane in range(lanes):
         if cuts[pieces - 1] < state[BEST + lane] - centre < half:
             cuts[pieces] = state[BEST + lane] - centre
@@ -171,6 +262,11 @@ def _cut_at_minima(fill, needs, rows, row, anchor, law, variant, centre, half, c
 def fill_powers(fill, sizes, tables, w, i, design, stride, statistics, nodes, error, work, tile):
     """Fill the means of powers of the magnitudes of one design, number i of the chunk and `design` of the block."""
     gather_design(sizes, i, work, tile)
+    is_smooth = len(tables.breaks) == 0 and len(tables.corner_rows) == 0 and not tables.is_anchored
+    has_turn = is_smooth and tables.windows[w, KIND] == TURN and tables.windows[w, CLUTCH] == 0
+    panel = work.first_panel[i]
+    anchor, law = int(work.panels[ANCHOR + panel]), int(work.panels[LAW + panel])
+    variant = int(work.panels[VARIANT + panel])
     for s in range(sizes.rows):
         if not tables.flags[w, s] & FLAG_SQUARES:
             continue
@@ -178,13 +274,20 @@ def fill_powers(fill, sizes, tables, w, i, design, stride, statistics, nodes, er
             slot = tables.slots[w, s, ROOT_MEAN + power]
             if slot < 0:
                 continue
-            mean, bound, count = power_means(
-                fill, tables.row_needs[s], sizes.rows, s, power, work.panels, work.first_panel[i], work.panel_count[i],
-                stride, tables.tolerance, tables.size_of, tables.row_of, tables.rules, tile,
-            )  # fmt: skip
-            statistics[slot, design] = mean / work.averaging[i]
+            needs, integral, bound = tables.row_needs[s], 0.0, math.inf
+            if has_turn:
+                integral, bound, count = _turn_mean(
+                    fill, needs, sizes.rows, s, power, anchor, law, variant, tables.tolerance, tile
+                )
+                nodes[design] += count
+            if bound == math.inf:
+                integral, bound, count = power_means(
+                    fill, needs, sizes.rows, s, power, work.panels, panel, work.panel_count[i], stride,
+                    tables.tolerance, tables.size_of, tables.row_of, tables.rules, tile,
+                )  # fmt: skip
+                nodes[design] += count
+            statistics[slot, design] = integral / work.averaging[i]
             if tables.slots[w, s, BOUND] >= 0:
                 statistics[tables.slots[w, s, BOUND], design] += bound
             work.final_bounds[s * CHUNK + i] += bound
             error[design] = max(error[design], work.final_bounds[s * CHUNK + i])
-            nodes[design] += count

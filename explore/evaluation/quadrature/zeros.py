@@ -14,6 +14,7 @@ import math
 
 from explore.base.compiling import LANES
 from explore.base.lanes.disturbance import DISTURBANCE
+from explore.base.lanes.elementary import exponential
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.adaptive import place_part
 from explore.evaluation.quadrature.bounds import ROUNDING
@@ -44,7 +45,7 @@ def _fill_inside(fill, needs, panels, k, low, high, tile):
     """Fill the signals at as many points as lanes inside a part of panel k."""
     for lane in range(LANES):
         position = low + (high - low) * (lane + 1) / (LANES + 1)
-        growth = math.exp(panels[CENTRE + k] + panels[HALF + k] * position)
+        growth = exponential(panels[CENTRE + k] + panels[HALF + k] * position)
         tile.node[lane] = 0.5 * panels[SCALE + k] * (growth - 1.0 / growth)
     anchor, law, variant = int(panels[ANCHOR + k]), int(panels[LAW + k]), int(panels[VARIANT + k])
     fill(tile.constants, tile.node, anchor, law, variant, 1, needs, tile.node_signals)
@@ -128,7 +129,7 @@ def sample_row(fill, needs, rows, row, terms_row, noise, panels, k, tile):
     tiles = min(max(_FEWEST_TILES, math.ceil(2.0 * _TILES_PER_LENGTH * panels[HALF + k])), NODE_CAPACITY)
     last = tiles * LANES - 1
     for j in range(last + 1):
-        growth = math.exp(panels[CENTRE + k] + panels[HALF + k] * (2.0 * j / last - 1.0))
+        growth = exponential(panels[CENTRE + k] + panels[HALF + k] * (2.0 * j / last - 1.0))
         tile.tangents[j] = 0.5 * panels[SCALE + k] * (growth - 1.0 / growth)
     anchor, law, variant = int(panels[ANCHOR + k]), int(panels[LAW + k]), int(panels[VARIANT + k])
     fill(tile.constants, tile.tangents, anchor, law, variant, tiles, needs, tile.signals)
