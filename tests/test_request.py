@@ -184,7 +184,8 @@ def test_bad_window(window, reason):
 
 
 def test_metric_names_can_name_only_the_interval_of_the_study():
-    assert "an interval has no name" in problem(metrics=["rocker_velocity_mean_interval"])
+    interval = problem(metrics=["rocker_velocity_mean_interval"], window={"from": 0, "to": 360})
+    assert "the window is no interval but 'cycle'; write rocker_velocity_mean, or a window { from, to }" in interval
     request = make_request(MECHANISM, metrics=["transmission_angle_min_interval"], window={"from": 0, "to": 90})
     assert request.metrics[0].window == request.window
 

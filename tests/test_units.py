@@ -73,6 +73,7 @@ def test_each_common_unit_is_that_of_pint(name):
         ("3 mmm", "mm", "unknown unit 'mmm'; did you mean 'mm'"),
         ("3 furlongz", "mm", "unknown unit 'furlongz'; use mm, cm, m or in"),
         ("100", "mm", 'has no unit; write 100 without quotes or "100 mm"'),
+        ("2 ton", "kg", "'ton' is 907, 1000 or 1016 kg; write short_ton, tonne or long_ton"),
         ("3", "1", "write 3 without quotes"),
         ("3 mm", "1", "use a plain number"),
         ("nan mm", "mm", "is not a number with a unit"),

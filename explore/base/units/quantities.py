@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _QUANTITY = re.compile(rf"\s*({_NUMBER})\s*({UNIT})?\s*")
 _HERTZ = re.compile(r"\bHz\b")
+_TON = re.compile(r"\btons?\b")
 _MOST_CHARACTERS = 80
 
 # fmt: off
@@ -206,6 +207,8 @@ def _root_units(unit: str, hint: str) -> tuple[Fraction, pint.Unit]:
 
     if len(unit) > _MOST_CHARACTERS:
         raise RequestError(f"{format_value(unit)} is not a unit{hint}")
+    if _TON.search(unit):
+        raise RequestError("'ton' is 907, 1000 or 1016 kg; write short_ton, tonne or long_ton")
     try:
         factor, root = _registry().get_root_units(unit.replace("·", "*"))
     except pint.UndefinedUnitError as error:

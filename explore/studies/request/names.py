@@ -254,7 +254,10 @@ def _parse(mechanism: Mechanism, name: str, window: Window) -> tuple[Signal, str
             if suffix == "interval" and window.name == "interval":
                 return signal, statistic, window
             if suffix == "interval":
-                raise RequestError(f"{format_value(name)}: an interval has no name; give the window as {{ from, to }}")
+                raise RequestError(
+                    f"{format_value(name)}: the window is no interval but {window.name!r}; write {stem}, or a window "
+                    "{ from, to } of less than a turn"
+                )
     return None
 
 
