@@ -23,27 +23,27 @@ def fill_places(record, lane, places, first_parameter):
 
 
 @subroutine(inlined=True)
-def fill_place(out, first, lane, bx, by, rx, ry, terms):
-    """Fill the position of a point, whose first row is `first`, from base point and r, and the size of its terms."""
-    out[(first + points.X) * LANES + lane], out[(first + points.Y) * LANES + lane] = bx + rx, by + ry
-    out[(first + points.POSITION_TERMS) * LANES + lane] = terms
+def fill_place(point, lane, bx, by, rx, ry, terms):
+    """Fill the position of a point from base point and r, and the size of its terms."""
+    point[points.X * LANES + lane], point[points.Y * LANES + lane] = bx + rx, by + ry
+    point[points.POSITION_TERMS * LANES + lane] = terms
 
 
 @subroutine(inlined=True)
-def fill_rates(out, first, lane, bvx, bvy, bax, bay, rx, ry, rate, rate_of_rate, velocity_terms, acceleration_terms):
+def fill_rates(point, lane, bvx, bvy, bax, bay, rx, ry, rate, rate_of_rate, velocity_terms, acceleration_terms):
     """Fill velocity, acceleration and curvature of a point from the rates of the base point, r, and w and a."""
     vx, vy = bvx - rate * ry, bvy + rate * rx
     ax, ay = bax - rate_of_rate * ry - rate * rate * rx, bay + rate_of_rate * rx - rate * rate * ry
     square, acceleration_square = vx * vx + vy * vy, ax * ax + ay * ay
     speed = math.sqrt(square)
     one_over_cube = 1.0 / (square * speed)
-    out[(first + points.VELOCITY_X) * LANES + lane], out[(first + points.VELOCITY_Y) * LANES + lane] = vx, vy
-    out[(first + points.VELOCITY_SQUARE) * LANES + lane] = square
-    out[(first + points.ACCELERATION_X) * LANES + lane], out[(first + points.ACCELERATION_Y) * LANES + lane] = ax, ay
-    out[(first + points.ACCELERATION_SQUARE) * LANES + lane] = acceleration_square
-    out[(first + points.CURVATURE) * LANES + lane] = (vx * ay - vy * ax) * one_over_cube
-    out[(first + points.VELOCITY_TERMS) * LANES + lane] = velocity_terms
-    out[(first + points.ACCELERATION_TERMS) * LANES + lane] = acceleration_terms
+    point[points.VELOCITY_X * LANES + lane], point[points.VELOCITY_Y * LANES + lane] = vx, vy
+    point[points.VELOCITY_SQUARE * LANES + lane] = square
+    point[points.ACCELERATION_X * LANES + lane], point[points.ACCELERATION_Y * LANES + lane] = ax, ay
+    point[points.ACCELERATION_SQUARE * LANES + lane] = acceleration_square
+    point[points.CURVATURE * LANES + lane] = (vx * ay - vy * ax) * one_over_cube
+    point[points.VELOCITY_TERMS * LANES + lane] = velocity_terms
+    point[points.ACCELERATION_TERMS * LANES + lane] = acceleration_terms
     # of the product by both factors, and of the cube by the velocity
     terms = 4.0 * velocity_terms * math.sqrt(acceleration_square) + speed * acceleration_terms
-    out[(first + points.CURVATURE_TERMS) * LANES + lane] = terms * one_over_cube
+    point[points.CURVATURE_TERMS * LANES + lane] = terms * one_over_cube

@@ -48,11 +48,14 @@ from explore.mechanisms.variable_crank.series import separation
 from explore.model.points import MOST_POINTS, POINT_ROWS
 
 
-@subroutine(fast=True)
-def _fill_point(constants, tangents, anchor, number, out):
-    """Fill the rows of one point from those of slider and crank, at one node of each lane."""
+@subroutine(fast=True, no_alias=True)
+def _fill_point(constants, tangents, anchor, number, out, point):
+    """Fill the rows of one point, `point`, from those of slider and crank, at one node of each lane.
+
+    They are an array of their own, or the loop would not vectorise.
+    """
     mirror = 1.0 if anchor == 0 else -1.0
-    along_row, first = Row.PLACES + 2 * number, FIRST_POINT + number * POINT_ROWS
+    along_row = Row.PLACES + 2 * number
     for lane in range(LANES):
         tangent = tangents[lane]
         one_over_w = mirror / (1.0 + tangent * tangent)
@@ -65,7 +68,7 @@ def _fill_point(constants, tangents, anchor, number, out):
         ux, uy = (out[POSITION * LANES + lane] - bx) / rod, -by / rod
         rx, ry = along * ux - across * uy, along * uy + across * ux
         reach = abs(along) + abs(across)
-        fill_place(out, first, lane, bx, by, rx, ry, crank + reach * (1.0 + crank / rod))
+        fill_place(point, lane, bx, by, rx, ry, crank + reach * (1.0 + crank / rod))
         turning = speed * crank
         bvx, bvy = crank_rate * cosine - turning * sine, crank_rate * sine + turning * cosine
         inward, sideways = second_rate - speed * turning, 2.0 * speed * crank_rate
@@ -76,7 +79,7 @@ def _fill_point(constants, tangents, anchor, number, out):
         velocity_terms = speed * (crank + rod) + abs(crank_rate)
         acceleration_terms = abs(second_rate) + speed * (velocity_terms + abs(crank_rate))
         fill_rates(
-            out, first, lane, bvx, bvy, bax, bay, rx, ry, rate, rate_of_rate, velocity_terms * (1.0 + reach / rod),
+            point, lane, bvx, bvy, bax, bay, rx, ry, rate, rate_of_rate, velocity_terms * (1.0 + reach / rod),
             acceleration_terms * (1.0 + reach / rod) + rate * rate * reach,
         )  # fmt: skip
 
@@ -86,7 +89,8 @@ def fill_points(constants, tangents, anchor, needs, out):
     """Fill the rows of the points that are needed."""
     for number in range(MOST_POINTS):
         if needs & (3 * POINTS << 2 * number):
-            _fill_point(constants, tangents, anchor, number, out)
+            point = out[(FIRST_POINT + number * POINT_ROWS) * LANES :]
+            _fill_point(constants, tangents, anchor, number, out, point)
 
 
 @subroutine(inlined=True)
@@ -99,17 +103,18 @@ def state(constants, lane, u, anchor, steady):
     mirror = 1.0 if anchor == 0 else -1.0
     w = mirror / (1.0 + u * u)
     sine, cosine = 2.0 * u * w, (1.0 - u) * (1.0 + u) * w
-    offset = 2.0 * arctangent(u, 1.0)
     # Of the same rounded angle as the cosine, to all digits beside 90 degrees, where both are small.
     d = 2.0 * arctangent(u - mirror, 1.0 + mirror * u) - constants[Row.REGULAR_OFFSET * LANES + lane]
     travel, width = constants[Row.TRAVEL * LANES + lane], constants[Row.WIDTH * LANES + lane]
-    is_near = abs(offset) < 0.5 * math.pi
-    from_dead_centre = abs(offset) if is_near else math.pi - abs(offset)
-    z = 0.5 - from_dead_centre / width
-    z = 0.0 if steady or z < 0.0 else z
-    lag, double, slope = blend(constants[Row.ORDER * LANES + lane], z)
-    side = mirror if is_near else -mirror
-    lag, first, second = travel * width * lag, -side * travel * double, travel * slope / width
+    side, z, lag, first, second = mirror, 0.0, 0.0, 0.0, 0.0
+    if not steady:
+        offset = abs(2.0 * arctangent(u, 1.0))
+        is_near = offset < 0.5 * math.pi
+        z = 0.5 - (offset if is_near else math.pi - offset) / width
+        z = 0.0 if z < 0.0 else z
+        side = mirror if is_near else -mirror
+        lag, double, slope = blend(constants[Row.ORDER * LANES + lane], z)
+        lag, first, second = travel * width * lag, -side * travel * double, travel * slope / width
     along = travel * d + side * lag
     position = constants[Row.REGULAR_POSITION * LANES + lane] - along
     excess = constants[Row.REGULAR_EXCESS * LANES + lane] - along
@@ -136,47 +141,57 @@ def _fill_slider(constants, tangents, anchor, law, out):
         _put_slider(constants, lane, back, position, rate, second, out)
 
 
+@subroutine(fast=True, inlined=True)
+def _fill_crank_of_lane(constants, tangents, anchor, back, steady, lane, out):
+    """Fill the slider, and the crank's length with its rates, of one lane."""
+    u = -tangents[lane] if back else tangents[lane]
+    sine, cosine, d, position, excess, rate, second, side, z, lag, lag1, lag2 = state(
+        constants, lane, u, anchor, steady
+    )
+    _put_slider(constants, lane, back, position, rate, second, out)
+    rod, travel = constants[Row.LENGTH * LANES + lane], constants[Row.TRAVEL * LANES + lane]
+    g, g1, g2 = separation(
+        rod,
+        travel * constants[Row.REGULAR_COSINE * LANES + lane],
+        travel * constants[Row.REGULAR_SINE * LANES + lane],
+        d,
+    )
+    k, k1 = side * lag * sine, side * (lag1 * sine + lag * cosine)
+    k2 = side * (lag2 * sine + 2.0 * lag1 * cosine - lag * sine)
+    inverse = 1.0 / (d if z > 0.0 else 1.0)  # d is 0 where there is no lag
+    square = inverse * inverse
+    g, g1 = g + k * square, g1 + (k1 - 2.0 * k * inverse) * square
+    g2 = g2 + (k2 + (-4.0 * k1 + 6.0 * k * inverse) * inverse) * square
+    b, b1 = rod + position * sine, rate * sine + position * cosine
+    b2 = second * sine + 2.0 * rate * cosine - position * sine
+    r = math.sqrt(g * b)
+    half = 0.5 / r
+    r1 = (g1 * b + g * b1) * half
+    r2 = (g2 * b + 2.0 * g1 * b1 + g * b2) * half - r1 * r1 / r
+    along, along1 = position * cosine, rate * cosine - position * sine
+    along2 = second * cosine - 2.0 * rate * sine - position * cosine
+    root = d * r
+    opposite = (d < 0.0) | (cosine < 0.0)
+    crank = excess * (position + rod) / (along - root) if opposite else along + root
+    crank1 = along1 + r + d * r1
+    crank2 = along2 + 2.0 * r1 + d * r2
+    sign = -1.0 if back else 1.0
+    speed = constants[Row.CRANK_SPEED * LANES + lane]
+    out[CRANK_LENGTH * LANES + lane] = crank
+    out[CRANK_SECOND_RATE * LANES + lane] = speed * speed * crank2
+    out[CRANK_RATE * LANES + lane], out[RATE_TERMS * LANES + lane] = sign * speed * crank1, speed * rod
+
+
 @subroutine(fast=True, no_alias=True)
 def _fill_crank(constants, tangents, anchor, law, out):
     """Fill the slider, and the crank's length with its rates, at one node of each lane."""
-    back, steady = law >= FIRST_LAW_BACK, law % FIRST_LAW_BACK == STEADY_LAW
-    for lane in range(LANES):
-        u = -tangents[lane] if back else tangents[lane]
-        sine, cosine, d, position, excess, rate, second, side, z, lag, lag1, lag2 = state(
-            constants, lane, u, anchor, steady
-        )
-        _put_slider(constants, lane, back, position, rate, second, out)
-        rod, travel = constants[Row.LENGTH * LANES + lane], constants[Row.TRAVEL * LANES + lane]
-        g, g1, g2 = separation(
-            rod,
-            travel * constants[Row.REGULAR_COSINE * LANES + lane],
-            travel * constants[Row.REGULAR_SINE * LANES + lane],
-            d,
-        )
-        k, k1 = side * lag * sine, side * (lag1 * sine + lag * cosine)
-        k2 = side * (lag2 * sine + 2.0 * lag1 * cosine - lag * sine)
-        inverse = 1.0 / (d if z > 0.0 else 1.0)  # d is 0 where there is no lag
-        square = inverse * inverse
-        g, g1 = g + k * square, g1 + (k1 - 2.0 * k * inverse) * square
-        g2 = g2 + (k2 + (-4.0 * k1 + 6.0 * k * inverse) * inverse) * square
-        b, b1 = rod + position * sine, rate * sine + position * cosine
-        b2 = second * sine + 2.0 * rate * cosine - position * sine
-        r = math.sqrt(g * b)
-        half = 0.5 / r
-        r1 = (g1 * b + g * b1) * half
-        r2 = (g2 * b + 2.0 * g1 * b1 + g * b2) * half - r1 * r1 / r
-        along, along1 = position * cosine, rate * cosine - position * sine
-        along2 = second * cosine - 2.0 * rate * sine - position * cosine
-        root = d * r
-        opposite = (d < 0.0) | (cosine < 0.0)
-        crank = excess * (position + rod) / (along - root) if opposite else along + root
-        crank1 = along1 + r + d * r1
-        crank2 = along2 + 2.0 * r1 + d * r2
-        sign = -1.0 if back else 1.0
-        speed = constants[Row.CRANK_SPEED * LANES + lane]
-        out[CRANK_LENGTH * LANES + lane] = crank
-        out[CRANK_SECOND_RATE * LANES + lane] = speed * speed * crank2
-        out[CRANK_RATE * LANES + lane], out[RATE_TERMS * LANES + lane] = sign * speed * crank1, speed * rod
+    back = law >= FIRST_LAW_BACK
+    if law % FIRST_LAW_BACK == STEADY_LAW:
+        for lane in range(LANES):
+            _fill_crank_of_lane(constants, tangents, anchor, back, True, lane, out)
+    else:
+        for lane in range(LANES):
+            _fill_crank_of_lane(constants, tangents, anchor, back, False, lane, out)
 
 
 @subroutine(fast=True, no_alias=True)

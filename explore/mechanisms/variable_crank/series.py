@@ -4,52 +4,46 @@ With d = phi - phi* and X = X* - c d,
 
     l - X sin(phi) = d^2 G(d),    G = l (1 - cos d)/d^2 + c sin(phi*) (d cos d - sin d)/d^2 + c cos(phi*) sin(d)/d,
 
-which has no zero: its root is smooth where that of the difference, as it stands, loses half of the digits.
+which has no zero: its root is smooth where that of the difference, as it stands, loses half of the digits. Stumpff's
+functions c_k = sum of (-d^2)^j/(k + 2j)! are sin(d)/d for k = 1 and (1 - cos d)/d^2 for k = 2, and satisfy
+
+    c_k = 1/k! - d^2 c_{k + 2},    dc_k/d(d^2) = (k c_{k + 2} - c_{k + 1})/2.
 """
 
 import math
 
 from explore.base.subroutines import subroutine
 
-# Coefficients of sin(d)/d and of (1 - cos d)/d^2 in powers of -d^2, the highest first: up to d = 3 the rest is below
-# 1e-16 of the first.
-_SINE = tuple(1.0 / math.factorial(2 * k + 1) for k in reversed(range(16)))
-_COSINE = tuple(1.0 / math.factorial(2 * k + 2) for k in reversed(range(16)))
+# Coefficients of c_6 and c_7 in powers of -d^2, the highest first: up to d = pi the rest is below 1e-17 of the first.
+_SIXTH = tuple(1.0 / math.factorial(6 + 2 * j) for j in reversed(range(12)))
+_SEVENTH = tuple(1.0 / math.factorial(7 + 2 * j) for j in reversed(range(12)))
 
 
 @subroutine(inlined=True)
-def _term(p3, p2, p1, p, q2, q1, q, x, sine, cosine):
-    """One more term of Horner's scheme for two polynomials and their derivatives, with these coefficients."""
-    return p3 * x + p2, p2 * x + p1, p1 * x + p, p * x + sine, q2 * x + q1, q1 * x + q, q * x + cosine
+def _three_terms(c6, c7, x, k):
+    """Three more terms of Horner's scheme for c_6 and c_7 in x = -d^2, from coefficient k on."""
+    c6, c7 = c6 * x + _SIXTH[k], c7 * x + _SEVENTH[k]
+    c6, c7 = c6 * x + _SIXTH[k + 1], c7 * x + _SEVENTH[k + 1]
+    return c6 * x + _SIXTH[k + 2], c7 * x + _SEVENTH[k + 2]
 
 
 @subroutine(inlined=True)
 def separation(rod, along, across, d):
     """G and its first two derivatives; `along` is c cos(phi*), `across` is c sin(phi*)."""
-    x = -d * d
-    p, p1, p2, p3 = 0.0, 0.0, 0.0, 0.0
-    q, q1, q2 = 0.0, 0.0, 0.0
+    square = d * d
     # Without a loop, because loops over lanes around a loop do not vectorise.
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[0], _COSINE[0])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[1], _COSINE[1])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[2], _COSINE[2])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[3], _COSINE[3])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[4], _COSINE[4])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[5], _COSINE[5])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[6], _COSINE[6])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[7], _COSINE[7])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[8], _COSINE[8])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[9], _COSINE[9])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[10], _COSINE[10])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[11], _COSINE[11])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[12], _COSINE[12])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[13], _COSINE[13])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[14], _COSINE[14])
-    p3, p2, p1, p, q2, q1, q = _term(p3, p2, p1, p, q2, q1, q, x, _SINE[15], _COSINE[15])
-    # p2, p3 and q2 are the second and third derivatives over 2 and 6; x' = -2 d.
-    slope = -2.0 * d * p1
-    second = -2.0 * p1 - 8.0 * x * p2
-    third = 24.0 * d * p2 + 48.0 * d * x * p3
-    value = rod * q + across * slope + along * p
-    first = -2.0 * rod * d * q1 + across * second + along * slope
-    return value, first, rod * (-2.0 * q1 - 8.0 * x * q2) + across * third + along * second
+    c6, c7 = _three_terms(0.0, 0.0, -square, 0)
+    c6, c7 = _three_terms(c6, c7, -square, 3)
+    c6, c7 = _three_terms(c6, c7, -square, 6)
+    c6, c7 = _three_terms(c6, c7, -square, 9)
+    c5, c4 = 1.0 / 120.0 - square * c7, 1.0 / 24.0 - square * c6
+    c3, c2 = 1.0 / 6.0 - square * c5, 0.5 - square * c4
+    c1 = 1.0 - square * c3
+    # derivatives of c_1, and of c_2, by d
+    bend = 3.0 * (c5 - c4) + c3
+    slope, second = d * (c3 - c2), (c3 - c2) + square * bend
+    third = d * (3.0 * bend + square * (15.0 * (c7 - c6) + (6.0 * c5 - c4)))
+    incline = 2.0 * c4 - c3
+    value = rod * c2 + across * slope + along * c1
+    first = rod * d * incline + across * second + along * slope
+    return value, first, rod * (incline + square * (8.0 * c6 - 5.0 * c5 + c4)) + across * third + along * second
