@@ -115,7 +115,9 @@ def test_a_sweep_compiles_its_own_mechanism_only(first):
 
 #: Functions whose loops over lanes or designs vectorise, of the compiled loop and of mechanisms.
 LOOPS = ("choose_equispaced", "count_nodes", "map_panels", "collect", "place_nodes")
-KERNELS = ("_fill_rates", "_fill_angles", "_fill_forces_with_masses", "_fill_slider", "fill_forces")
+KERNELS = (
+    "_fill_rates", "_fill_angles", "_fill_forces_with_masses", "_fill_slider", "_fill_crank", "_fill_point", "fill_forces",
+)  # fmt: skip
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="reads x86-64 assembly")
@@ -127,7 +129,8 @@ from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE
 from explore.mechanisms.crank_rocker import extended
 from explore.mechanisms.rig import kernel as rig_kernel
 from explore.mechanisms.slider_crank import extended as slider_extended, kernel as slider_kernel
-signatures = {{}}
+from explore.mechanisms.variable_crank import motion
+signatures = {{motion.fill: FILL_SIGNATURE}}
 for module in (extended, rig_kernel, slider_kernel, slider_extended):
     signatures |= {{module.close: CLOSE_SIGNATURE, module.fill: FILL_SIGNATURE}}
 with quick_compilation():

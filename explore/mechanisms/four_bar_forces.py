@@ -123,7 +123,7 @@ def fill_load_constants(record, lane, first_length, first_load, speed, rocks):
     record[Load.VARIANT * LANES + lane] = variant
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_torque(constants, law, variant, out):
     """Fill the torque that the coupler exerts on the rocker, without that of the rocker's weight, and its terms, N m.
 
@@ -152,7 +152,7 @@ def _fill_torque(constants, law, variant, out):
         out[DRIVE_TORQUE * LANES + lane], out[FORCE_TERMS * LANES + lane] = torque, terms
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_massless_forces(constants, tangents, anchor, needs, out):
     """Fill the forces of massless links, from the torque about the rocker's pivot."""
     for lane in range(LANES):
@@ -172,7 +172,7 @@ def _fill_massless_forces(constants, tangents, anchor, needs, out):
             out[DRIVE_TORQUE * LANES + lane] = moment * out[ROCKER_VELOCITY * LANES + lane]
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_forces_with_masses(constants, tangents, anchor, out):
     """Fill the forces of links with masses, in m and N.
 
@@ -235,7 +235,7 @@ def _fill_forces_with_masses(constants, tangents, anchor, out):
         out[DRIVE_TORQUE * LANES + lane] = bx * fby - by * fbx + crank_mass * gravity * crank_arm * cosine
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_work(constants, out):
     """Fill the drive torque where it drives, and that by which the load dissipates; neither is negative."""
     for lane in range(LANES):

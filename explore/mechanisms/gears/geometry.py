@@ -36,8 +36,19 @@ _SECTIONS = 50
 
 
 @subroutine(no_alias=True)
+def fill_pitch_lengths(constants, out):
+    """Fill the length of the pitch curves per radian at one node of each lane from the ratio and its derivative."""
+    lengths = out[columns.PITCH_LENGTH * LANES : (columns.PITCH_LENGTH + 1) * LANES]
+    # LLVM would unroll a loop of constant length with so short a body instead of vectorising it.
+    for lane in range(len(lengths)):
+        over = 1.0 / (1.0 + out[columns.RATIO * LANES + lane])
+        tangent = out[columns.RATIO_RATE * LANES + lane] * over
+        lengths[lane] = constants[DISTANCE * LANES + lane] * over * math.sqrt(1.0 + tangent * tangent)
+
+
+@subroutine(no_alias=True)
 def fill_pitch_curves(constants, out):
-    """Fill the signals of the pitch curves at one node of each lane from the ratio and its derivatives."""
+    """Fill the other signals of the pitch curves at one node of each lane from the ratio and its derivatives."""
     for lane in range(LANES):
         distance, ratio = constants[DISTANCE * LANES + lane], out[columns.RATIO * LANES + lane]
         rate, acceleration = out[columns.RATIO_RATE * LANES + lane], out[columns.RATIO_ACCELERATION * LANES + lane]
@@ -49,7 +60,6 @@ def fill_pitch_curves(constants, out):
         out[columns.DRIVER_RADIUS * LANES + lane] = driver_radius
         out[columns.DRIVEN_RADIUS * LANES + lane] = driver_radius * ratio
         out[columns.PITCH_TILT * LANES + lane] = arctangent(tangent, 1.0)
-        out[columns.PITCH_LENGTH * LANES + lane] = driver_radius * length
         bend, factor_2 = ratio * acceleration, factor / ratio
         out[columns.DRIVER_CURVATURE * LANES + lane] = (1.0 + ratio + acceleration) * factor
         out[columns.DRIVEN_CURVATURE * LANES + lane] = (1.0 + ratio + rate * rate - bend) * factor_2

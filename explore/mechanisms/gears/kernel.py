@@ -18,6 +18,7 @@ from explore.mechanisms.gears.drive import (
 from explore.mechanisms.gears.geometry import (
     extremes_of_ratio,
     fill_pitch_curves,
+    fill_pitch_lengths,
     jump_of_curvature,
     least_convexities,
 )
@@ -206,9 +207,10 @@ def _fill_smoothstep(constants, tangents, anchor, needs_angle, out):
 
 @subroutine(no_alias=True)
 def _fill_speed_ratios(out):
-    for lane in range(LANES):
+    speed_ratios = out[columns.SPEED_RATIO * LANES : (columns.SPEED_RATIO + 1) * LANES]
+    for lane in range(len(speed_ratios)):  # as in `geometry.fill_pitch_lengths`
         ratio, rate = out[columns.RATIO * LANES + lane], out[columns.RATIO_RATE * LANES + lane]
-        out[columns.SPEED_RATIO * LANES + lane] = 1.0 / ratio
+        speed_ratios[lane] = 1.0 / ratio
         out[columns.SPEED_RATIO_RATE * LANES + lane] = -rate / (ratio * ratio)
 
 
@@ -252,6 +254,8 @@ def fill(constants, tangents, anchor, law, _variant, count, needs, out):
                 _fill_working_angles(constants, node, anchor, signals)
         if needs & columns.RATIOS:
             _fill_speed_ratios(signals)
+        if needs & columns.PITCH_LENGTHS:
+            fill_pitch_lengths(constants, signals)
         if needs & columns.PITCH_CURVES:
             fill_pitch_curves(constants, signals)
         if needs & columns.JOINTS:

@@ -43,22 +43,17 @@ from explore.mechanisms.gears.columns import (
     START,
 )
 
-_BISECTIONS, _MOST_STEPS = 8, 60
+#: Largest number of steps of Newton's method.
+_MOST_STEPS = 60
 
 
 @subroutine()
 def _solve_branch(q, branch):
-    """The root y of sin y = q (branch pi - y) cos y between 0 and pi/2: bisection, then Newton's method.
+    """The root y of sin y = q (branch pi - y) cos y between 0 and pi/2: Newton's method in a bracket.
 
     The difference of both sides increases with y, so the root is single.
     """
     low, high = 0.0, 0.5 * math.pi
-    for _ in range(_BISECTIONS):
-        y = 0.5 * (low + high)
-        if math.sin(y) < q * (branch * math.pi - y) * math.cos(y):
-            low = y
-        else:
-            high = y
     y = 0.5 * (low + high)
     for _ in range(_MOST_STEPS):
         x = branch * math.pi - y
@@ -68,7 +63,6 @@ def _solve_branch(q, branch):
         else:
             low = y
         step = excess / ((1.0 + q) * math.cos(y) + q * x * math.sin(y))
-        # a root far nearer to 0 than the bisections came may take Newton's method out of its interval
         following = y - step if low <= y - step <= high else 0.5 * (low + high)
         if abs(following - y) <= 1e-15 * y:
             break

@@ -27,7 +27,7 @@ _MM = 1e-3
 _ROUNDING = 1e-14
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, no_alias=True)
 def fill_forces(constants, tangents, anchor, law, out):
     """Fill forces, N, their squares in pins, and torques, N m, at one node of each lane.
 

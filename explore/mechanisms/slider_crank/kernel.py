@@ -96,7 +96,7 @@ def _rest_acceleration(u, r, a, b, p, q, first, second, one_over_root, one_over_
     return 0.25 * w * w * second_derivative * one_over_total + u * rate
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_slider(constants, tangents, anchor, needs, out):
     """Fill position and velocity of the slider, and its acceleration if needed, at one node of each lane."""
     mirror = 1.0 if anchor == 0 else -1.0
@@ -133,7 +133,7 @@ def _fill_slider(constants, tangents, anchor, needs, out):
             out[ACCELERATION * LANES + lane] = resting if (u > 0.0) & is_short else moving
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_angle(constants, tangents, anchor, out):
     """Fill the angle of the rod, rad, at one node of each lane."""
     mirror = 1.0 if anchor == 0 else -1.0
@@ -145,7 +145,7 @@ def _fill_angle(constants, tangents, anchor, out):
         out[ROD_ANGLE * LANES + lane] = arctangent(across, math.sqrt((b + p * square) * (q + a * square)))
 
 
-@subroutine(fast=True)
+@subroutine(fast=True, no_alias=True)
 def _fill_rod_rates(constants, tangents, anchor, out):
     """Fill velocity and acceleration of the rod at one node of each lane."""
     mirror = 1.0 if anchor == 0 else -1.0
