@@ -116,7 +116,8 @@ def test_a_sweep_compiles_its_own_mechanism_only(first):
 #: Functions whose loops over lanes or designs vectorise, of the compiled loop and of mechanisms.
 LOOPS = ("choose_equispaced", "count_nodes", "map_panels", "collect", "place_nodes")
 KERNELS = (
-    "_fill_rates", "_fill_angles", "_fill_forces_with_masses", "_fill_slider", "_fill_crank", "_fill_point", "fill_forces",
+    "_fill_rates", "_fill_angles", "_fill_forces_with_masses", "_fill_slider", "_fill_crank", "_fill_point",
+    "fill_forces",
 )  # fmt: skip
 
 

@@ -286,6 +286,8 @@ def test_a_request_for_ratios_computes_no_pitch_curves():
         assert signal.row in written
         if signal.row in ratios:
             assert list(written) == sorted(ratios)
+        elif signal.needs == columns.PITCH_LENGTHS:
+            assert list(written) == [columns.RATIO, columns.RATIO_RATE, columns.RATIO_ACCELERATION, signal.row]
         elif signal.needs != columns.PITCH_CURVES:
             assert not set(written) & set(range(columns.DRIVER_RADIUS, columns.DRIVEN_TERMS + 1))
 
