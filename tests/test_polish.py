@@ -216,9 +216,22 @@ def test_the_way_to_an_infeasible_end_is_divided_three_times_beside_the_border()
     def within(positions):
         return -positions[:, 0], border - positions
 
-    local = _Local(within, np.array([0.2]), 0.0)
+    local = _Local(within, np.array([0.2]), 0.0, {})
     local.approach(np.array([1.0]))
     assert 0.0 <= border - local.best[0] <= 0.8 / 63**3
+
+
+def test_the_distance_of_a_border_is_measured_once_and_only_towards_it():
+    counts = []
+
+    def half(positions):
+        counts.append(len(positions))
+        return np.where(positions[:, 0] < 0.5, 0.0, np.nan), np.zeros((len(positions), 0))
+
+    # Nothing is better, so that all three searches begin at the start: one looks both ways along each axis.
+    polish(half, np.array([0.49999, 0.5]))
+    assert counts.count(4) == 1
+    assert 0 < counts.count(1) <= 53
 
 
 def test_the_start_is_kept_where_nothing_is_better():

@@ -44,10 +44,10 @@ def polish(evaluate: Evaluate, position: FloatArray) -> FloatArray:
 
     Each coordinate is 0 … 1; `evaluate` takes several positions at once.
     """
-    best = position
+    best, normals = position, dict[bytes, FloatArray]()
     for inside in _INSIDE:
         for _ in range(_MOST_SEARCHES):
-            local = _Local(evaluate, best, inside)
+            local = _Local(evaluate, best, inside, normals)
             local.approach(_search(local, best))
             if np.array_equal(local.best, best):
                 break
@@ -58,8 +58,10 @@ def polish(evaluate: Evaluate, position: FloatArray) -> FloatArray:
 class _Local:
     """Value, margins and their derivatives at a `place`, scaled, from its neighbours; the `best` position so far."""
 
-    def __init__(self, evaluate: Evaluate, position: FloatArray, inside: float) -> None:
-        self._evaluate, self._inside = evaluate, inside
+    def __init__(
+        self, evaluate: Evaluate, position: FloatArray, inside: float, normals: dict[bytes, FloatArray]
+    ) -> None:
+        self._evaluate, self._inside, self._normals = evaluate, inside, normals
         self.best, self._least = position, float(evaluate(position[None])[0][0])
         self.place, self._fruitless = np.full_like(position, np.nan), 0
         self.value, self.margins, self.slope = self._least, np.zeros(0), np.zeros(0)
@@ -67,13 +69,20 @@ class _Local:
         self._move(position)
         self._scale = max(abs(self.value), float(np.abs(self.slope).max()), np.finfo(float).tiny)
         self._margin_scales = np.maximum(np.abs(self.margin_slopes).max(axis=1), np.finfo(float).tiny)
-        normal = _border_normal(evaluate, position)
+        normal = self._border_normal(position)
         size = max(float(np.abs(normal).max()), 1.0)
         if size > 1.0 / _NEAR:  # a distance of a few roundings tells no direction: measure it from farther inside
             position = np.clip(position - _NEAR * normal / size, 0.0, 1.0)
-            normal = _border_normal(evaluate, position)
+            normal = self._border_normal(position)
             size = max(float(np.abs(normal).max()), 1.0)
         self._start, self._normal, self._distance = position, normal / size, 1.0 / size
+
+    def _border_normal(self, position: FloatArray) -> FloatArray:
+        """`_border_normal`, once for each position: searches that differ in what they keep begin at the same one."""
+        key = position.tobytes()
+        if key not in self._normals:
+            self._normals[key] = _border_normal(self._evaluate, position)
+        return self._normals[key]
 
     @property
     def _way_back(self) -> FloatArray:
@@ -158,19 +167,19 @@ def _border_normal(evaluate: Evaluate, position: FloatArray) -> FloatArray:
     d = len(position)
     directions = np.concatenate([np.eye(d), -np.eye(d)])
 
-    def exists(distances: FloatArray) -> npt.NDArray[np.bool_]:
+    def exists(directions: FloatArray, distances: FloatArray) -> npt.NDArray[np.bool_]:
         values, margins = evaluate(np.clip(position + distances[:, None] * directions, 0.0, 1.0))
         return np.asarray(np.isfinite(values) & np.isfinite(margins).all(axis=1))
 
     inside, outside = np.zeros(2 * d), np.full(2 * d, _BESIDE)
-    has_border = ~exists(outside)
-    if not has_border.any():
-        return np.zeros(d)
-    for _ in range(_HALVINGS):
+    has_border = ~exists(directions, outside)
+    inside, outside, directions = inside[has_border], outside[has_border], directions[has_border]
+    for _ in range(_HALVINGS if len(outside) else 0):
         middle = 0.5 * (inside + outside)
-        is_inside = exists(middle)
+        is_inside = exists(directions, middle)
         inside, outside = np.where(is_inside, middle, inside), np.where(is_inside, outside, middle)
-    normal = np.where(has_border, 1.0 / outside, 0.0)
+    normal = np.zeros(2 * d)
+    normal[has_border] = 1.0 / outside
     return np.asarray(normal[:d] - normal[d:])
 
 

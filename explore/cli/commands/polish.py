@@ -8,6 +8,7 @@ import typer
 from explore.cli.options import JsonOption, ResultsArgument, objective_option, output_option
 from explore.cli.output import announce_compiling, number
 from explore.cli.paths import newest_results, refuse_overwriting
+from explore.cli.progress import block_bar
 from explore.cli.table_files import check_table, tell_designs, with_labels, with_units
 from explore.cli.tables import print_table
 from explore.cli.units import UnitsOption, open_shown
@@ -39,7 +40,9 @@ def polish(
 
     source = open_shown(path, units)
     announce_compiling()
-    polished = source.show(explore.polish(source.declared, design, objective=metric))
+    with block_bar("polishing"):  # how far a search has come is not known: the bar only moves
+        found = explore.polish(source.declared, design, objective=metric)
+    polished = source.show(found)
     table = with_units(with_labels(polished, source.columns), source.scales)
     if tell_designs(table, output, source.units, as_json=as_json):
         return
