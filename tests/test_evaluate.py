@@ -1,5 +1,6 @@
 """Evaluation: statuses, screening, shared evaluations, independence of the blocks and the order of designs."""
 
+import math
 from fractions import Fraction
 from itertools import permutations
 
@@ -11,6 +12,7 @@ from exact_linkage import ExactLinkage
 
 import explore
 from explore.mechanisms.crank_rocker.declaration import CRANK_ROCKER
+from explore.mechanisms.registry import MECHANISMS
 from explore.mechanisms.rocking import CANNOT_ASSEMBLE
 from explore.model.status import Status
 from explore.studies.designs.spaces import BLOCK_SIZE
@@ -617,6 +619,17 @@ def test_extremes_of_what_is_finite_nowhere_are_blank():
     row = explore.evaluate(linkage, {"h": 20.0, "l": 50.0}, metrics=["swing_angle", "block_angle_max"]).iloc[0]
     assert row["status"] == Status.NOT_FINITE
     assert row[["swing_angle", "block_angle_max"]].isna().all()
+
+
+@pytest.mark.parametrize("name", sorted(MECHANISMS))
+def test_a_design_outside_its_ranges_has_no_nodes(name):
+    """Whatever stands for it in the closed form; some mechanisms move where all parameters are 1."""
+    metric = next(f"{signal.name}_max" for signal in MECHANISMS[name].signals if "max" in signal.statistics)
+    parameters = {parameter.name: [math.nan] for parameter in MECHANISMS[name].parameters}
+    row = explore.evaluate(name, parameters, metrics=[metric]).iloc[0]
+    assert row["status"] == Status.NOT_FINITE
+    assert row["nodes"] == 0
+    assert math.isnan(row[metric])
 
 
 @pytest.mark.parametrize("metric", ["swing_angle", "velocity_ratio_rms", "velocity_ratio_mean"])
