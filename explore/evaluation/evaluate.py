@@ -200,8 +200,8 @@ def _kernel_inputs(request: Request, inputs: Arrays, usable: npt.NDArray[np.bool
     """Parameters of the closed form, shape (p, n).
 
     Those that no requested metric depends on are at their default, so that designs that differ only in them share one
-    evaluation. In place of a design that is not usable stand ones: where all lengths are 0, it takes a table 0.1 s to see
-    that it does not move.
+    evaluation. Ones replace a design that is not usable: where all lengths are 0, it takes a table 0.1 s to see that it
+    does not move.
     """
     mechanism, windows, loaded = request.kernel, {m.window.name for m in request.sampled}, _depends_on_load(request)
     has_points, n, all_usable = any(m.signal.point for m in request.sampled), len(usable), bool(usable.all())
