@@ -30,7 +30,7 @@ _LEFT_OUT = {
 #: The pass of Numba that fills the library of a function.
 _LOWERING = "NativeLowering"
 #: Number of lines of a function from which on it is not put into its callers.
-_LARGE = 600
+_LARGE = 1200
 #: Remembered signatures of operators, by function and types of the arguments.
 _signatures: dict[tuple[Any, tuple[Any, ...]], Any] = {}
 #: Verdict on all this with this version of Numba; None before the first compilation.
