@@ -223,7 +223,7 @@ def forget_keys_of_operators(monkeypatch):
 
 
 def change_libraries(monkeypatch):
-    monkeypatch.setattr(compiler_passes._Translation, "_finalize_final_module", lambda self, mode: None)
+    monkeypatch.setattr(compiler_passes._Assembly, "_optimize_final_module", lambda self, mode: None)
 
 
 @pytest.mark.parametrize(
@@ -248,6 +248,12 @@ def test_numba_compiles_in_its_own_way_where_its_internals_changed(monkeypatch, 
 
     assert compiler_passes._works == (change is None)
     assert "get_call_type" not in vars(types.Function)
+
+
+def test_functions_that_numba_compiles_in_its_own_way_call_subroutines_of_subroutines():
+    half = compiler_passes.translated(lambda x: 0.5 * x, {"_nrt": False})
+    quarter = compiler_passes.translated(lambda x: half(half(x)), {"_nrt": False})
+    assert njit(lambda x: 2.0 * quarter(x))(8.0) == 4.0
 
 
 def with_a_changed_module(module):

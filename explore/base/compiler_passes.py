@@ -106,6 +106,17 @@ class _Translation(JITCodeLibrary):  # type: ignore[misc]  # likewise
         self._finalize_dynamic_globals()
         self._finalized = True
 
+    def own_module(self) -> Any:
+        """The function alone."""
+        return super()._get_module_for_linking()
+
+    def _get_module_for_linking(self) -> Any:
+        """All that is called is linked for callers that Numba compiles in its own way: they link this module alone."""
+        module = self.own_module().clone()
+        for library in _with_callees(self._linking_libraries):
+            module.link_in(_module_of(library), preserve=True)
+        return module
+
     def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002  (the signature is Numba's)
         """Return 0, which means that there is no such function."""
         return 0
@@ -113,6 +124,19 @@ class _Translation(JITCodeLibrary):  # type: ignore[misc]  # likewise
     @property
     def codegen(self) -> Any:
         return _CodeGeneratorWithoutEnvironments(self._codegen)
+
+
+def _with_callees(libraries: list[Any]) -> list[Any]:
+    """Libraries, and those that the translations among them call, directly or not."""
+    found = list(dict.fromkeys(libraries))
+    for library in found:  # which grows meanwhile
+        if isinstance(library, _Translation):
+            found += [each for each in dict.fromkeys(library._linking_libraries) if each not in found]
+    return found
+
+
+def _module_of(library: Any) -> Any:
+    return library.own_module() if isinstance(library, _Translation) else library._get_module_for_linking()
 
 
 class _Assembly(JITCodeLibrary):  # type: ignore[misc]  # likewise
@@ -123,12 +147,12 @@ class _Assembly(JITCodeLibrary):  # type: ignore[misc]  # likewise
     """
 
     def finalize(self) -> None:
-        """Link all translations that are called, directly or not."""
-        for library in self._linking_libraries:  # which grows meanwhile
+        """Link all translations that are called, directly or not, each once."""
+        libraries = _with_callees(self._linking_libraries)
+        for library in libraries:
             if isinstance(library, _Translation):
-                self._linking_libraries += [
-                    each for each in library._linking_libraries if each not in self._linking_libraries
-                ]
+                self._final_module.link_in(library.own_module(), preserve=True)
+        self._linking_libraries: list[Any] = [each for each in libraries if not isinstance(each, _Translation)]
         super().finalize()
 
     def _optimize_final_module(self) -> None:
