@@ -255,7 +255,7 @@ _F1, _F2, _I1 = float64[::1], float64[:, ::1], int64[::1]
 )  # fmt: skip
 def integrate_magnitude(fill, panels, tolerance, size_of, row_of, table, tile):
     """`power_means` of power 0 of row 0, over one panel."""
-    return power_means(fill, 0, 1, 0, 0, panels, 0, 1, 1, tolerance, size_of, row_of, table, tile)
+    return power_means(fill, 0, 1, 0, 0, panels, 0, 1, 1, 1.0, tolerance, size_of, row_of, table, tile)
 
 
 @compiled(types.void(_F1, _F1, int64, _F1))

@@ -29,7 +29,7 @@ _LEFT_OUT = {
 }  # fmt: skip
 #: The pass of Numba that fills the library of a function.
 _LOWERING = "NativeLowering"
-#: Number of lines of a function from which on it is not put into its callers.
+#: Number of lines of LLVM code of a function from which on it is not put into its callers.
 _LARGE = 1200
 #: Remembered signatures of operators, by function and types of the arguments.
 _signatures: dict[tuple[Any, tuple[Any, ...]], Any] = {}

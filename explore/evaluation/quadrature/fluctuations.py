@@ -15,15 +15,10 @@ from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.bounds import CHUNK
 from explore.evaluation.quadrature.chunks import gather_design
-from explore.evaluation.quadrature.magnitudes import bound_by_differences, place_between
+from explore.evaluation.quadrature.magnitudes import FEWEST_NODES, ROUNDS, place_between
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
 from explore.evaluation.quadrature.slots import BOUND, FLUCTUATION, MEAN, VARIANCE
 from explore.evaluation.quadrature.zeros import MOST_ZEROS, collect_zeros, half_angle, sample_row
-
-#: Number of nodes of the first rule.
-_FEWEST_NODES = 20
-#: Number of rules, each of twice as many nodes as the one before.
-_ROUNDS = 5
 
 
 @subroutine()
@@ -66,8 +61,8 @@ def _measure(fill, sizes, tables, s, i, stride, mean, scale, work, tile):
         for cut in range(cuts + 1):
             begin, end = tile.state[cut - 1] if cut > 0 else -1.0, tile.state[cut] if cut < cuts else 1.0
             integral, difference, count = _integrate(
-                fill, sizes.rows, tables, s, k, begin, end, mean, scale, work, tile
-            )
+                fill, sizes.rows, tables, s, k, begin, end, mean, 0.1 * tables.tolerance * scale, work, tile
+            )  # fmt: skip
             total, error, nodes = total + integral, error + difference, nodes + count
             low, high = min(low, total), max(high, total)
     return high - low, error + abs(total), nodes
@@ -85,15 +80,12 @@ def _next_panel(panels, first, count, stride, last):
 
 
 @subroutine()
-def _integrate(fill, rows, tables, s, k, begin, end, mean, scale, work, tile):
-    """The integral of a row less its mean between two positions of panel k, its error, and the number of nodes.
-
-    `scale` is what the tolerance is relative to.
-    """
+def _integrate(fill, rows, tables, s, k, begin, end, mean, allowed, work, tile):
+    """The integral of a row less its mean between two positions of panel k, its error, and the number of nodes."""
     panels, half = work.panels, work.panels[HALF + k]
     anchor, law, variant = int(panels[ANCHOR + k]), int(panels[LAW + k]), int(panels[VARIANT + k])
-    integral, difference, error, wanted, nodes = 0.0, math.inf, math.inf, _FEWEST_NODES, 0
-    for number in range(_ROUNDS):
+    integral, difference, error, wanted, nodes = 0.0, math.inf, math.inf, FEWEST_NODES, 0
+    for number in range(ROUNDS):
         count = tables.size_of[wanted]
         place_between(
             panels[CENTRE + k], half * begin, half * end, panels[SCALE + k], count, tables.row_of, tables.rules,
@@ -108,9 +100,9 @@ def _integrate(fill, rows, tables, s, k, begin, end, mean, scale, work, tile):
             integral += tile.weights[j] * (tile.signals[(j // LANES * rows + s) * LANES + j % LANES] - mean)
         nodes += count
         if number > 0:
-            last = abs(integral - previous)
-            error, difference = bound_by_differences(last, difference, scale), last
-        if error <= 0.1 * tables.tolerance * scale:
+            error = max(abs(integral - previous), 0.01 * difference if number > 1 else 0.0)
+            difference = abs(integral - previous)
+        if error <= allowed:
             break
         wanted = 2 * wanted
     return integral, error, nodes

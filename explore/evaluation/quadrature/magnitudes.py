@@ -1,17 +1,18 @@
 """Means of powers of a magnitude, of which the samples are squares.
 
 Where a magnitude touches 0, or nearly does, its odd powers have a corner, or nearly have one, that no rule over a whole
-panel resolves. So each panel is cut at its local minima near 0, and where that does not suffice at all of them. The
-corners are then at the ends of the pieces, at worst as algebraic singularities. A substitution by a polynomial whose
-first two derivatives are 0 at the ends clusters the nodes there: a power p of the distance becomes one of 3 p, for
-which Gauss-Legendre rules converge like N^-(6 p + 2), at worst N^-8. In a panel without cuts nothing is clustered.
+panel resolves. So each panel is cut at its local minima: where all singularities of the signals are declared, at those
+near 0, and at all of them elsewhere and where that does not suffice. The corners are then at the ends of the pieces, at
+worst as algebraic singularities. A substitution by a polynomial whose first two derivatives are 0 at the ends clusters
+the nodes there: a power p of the distance becomes one of 3 p, for which Gauss-Legendre rules converge like N^-(6 p +
+2), at worst N^-8. In a panel without cuts nothing is clustered.
 
 The rules of 20, 40, ... 320 nodes are compared until two agree. The bound is the difference of the last two, which
-estimates the error of the last but one. Two rules may agree by accident: so it is at least a hundredth of the
-difference before, or a multiple of its square, which is what errors that fall exponentially leave of it.
+estimates the error of the last but one, and at least a hundredth of the difference before, because two rules may agree
+by accident.
 
-Over a turn without breaks a magnitude that stays away from 0 has equispaced nodes, of which each rule has all nodes of
-the one before.
+Over a turn without breaks, and with all singularities far away, a magnitude that stays away from 0 has equispaced
+nodes, of which each rule has all nodes of the one before.
 
 Here the lanes of a tile are nodes of one design.
 """
@@ -26,24 +27,34 @@ from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.bounds import CHUNK, FLAG_SQUARES
 from explore.evaluation.quadrature.brent import ACTIVE, BEST, minimise, start_lane
 from explore.evaluation.quadrature.chunks import gather_design
-from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
+from explore.evaluation.quadrature.panels import (
+    ANCHOR,
+    CENTRE,
+    HALF,
+    LAW,
+    PANEL_CAPACITY,
+    SCALE,
+    SINGULAR,
+    VARIANT,
+)
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
 from explore.evaluation.quadrature.slots import BOUND, CLUTCH, KIND, ROOT_MEAN
 from explore.evaluation.quadrature.tiles import TILE_RESOLUTION, TILE_SCALE, TILE_TURNED
 from explore.evaluation.quadrature.windows import TURN
+from explore.model.quadrature import MOST_SINGULARITIES
 
 #: Number of powers: power 0 has the exponent 1, power 1 the exponent 10/3.
 POWERS = 2
 #: Number of nodes of the first rule.
-_FEWEST_NODES = 20
+FEWEST_NODES = 20
 #: Number of rules, each of twice as many nodes as the one before.
-_ROUNDS = 5
-#: Least error of a rule over the difference of the two before.
-_LEFT_OF_DIFFERENCE = 0.01
-#: Least error of a rule over the square of this difference, all relative; the lesser of both counts.
-_LEFT_OF_SQUARE = 10.0
+ROUNDS = 5
 #: Largest number of equispaced nodes over a turn; the number of the first rule is that of the lanes.
 _MOST_EQUISPACED = 128
+#: Least half-tangent of the distance of singularities from the real axis for equispaced nodes.
+_FAR = 0.2
+#: Factor on the bounds of rules over minima that are not cut at.
+_MARGIN = 4.0
 #: Square over the largest one below which a magnitude is near 0.
 _NEAR_ZERO = 1.0 / 64.0
 #: Smallest square whose cube root is taken; smaller ones have this root.
@@ -54,25 +65,28 @@ _SEARCH_NODES = 96
 
 @subroutine()
 def power_means(
-    fill, needs, rows, row, power, panels, begin, panel_count, stride, tolerance, size_of, row_of, table, tile
+    fill, needs, rows, row, power, panels, begin, panel_count, stride, highest, tolerance, size_of, row_of, table, tile
 ):
     """Integral of a power of a magnitude, its relative error bound, and the number of nodes used.
 
     The lanes of the constants of the tile are all the same design; its panels are every `stride`-th from `begin` on. Of
-    the `rows` of the signals, `row` holds the squares; `power` is the number of the power.
+    the `rows` of the signals, `row` holds the squares; `power` is the number of the power. At first panels are cut at
+    minima of up to `highest` times the largest square.
     """
     total, error, nodes = 0.0, 0.0, 0
     for p in range(begin, begin + panel_count * stride, stride):
         for lane in range(LANES):
             tile.shape[TILE_SCALE + lane], tile.shape[TILE_RESOLUTION + lane] = panels[SCALE + p], 1.0
             tile.shape[TILE_TURNED + lane] = 0.0
-        integral, bound = 0.0, math.inf
-        for highest in (_NEAR_ZERO, 1.0):
-            if bound > 0.2 * tolerance * integral:
-                integral, bound, count = _integrate_panel(
-                    fill, needs, rows, row, power, panels, p, highest, tolerance, size_of, row_of, table, tile
-                )
-                nodes += count
+        integral, bound, count = _integrate_panel(
+            fill, needs, rows, row, power, panels, p, highest, tolerance, size_of, row_of, table, tile
+        )
+        nodes += count
+        if highest < 1.0 and bound > 0.2 * tolerance * integral:
+            integral, bound, count = _integrate_panel(
+                fill, needs, rows, row, power, panels, p, 1.0, tolerance, size_of, row_of, table, tile
+            )
+            nodes += count
         total, error = total + integral, error + bound
     return total, error / total if total > 0.0 else 0.0, nodes
 
@@ -89,11 +103,11 @@ def _integrate_panel(fill, needs, rows, row, power, panels, p, highest, toleranc
     pieces = _cut_at_minima(fill, needs, rows, row, anchor, law, variant, centre, half, highest, tile)
     total, error, nodes = 0.0, 0.0, _SEARCH_NODES
     for k in range(pieces):
-        # A panel without minima keeps the samples that they are looked for among.
+        # A panel without minima near 0 keeps the samples that they are looked for among.
         is_whole = tile.marks[k + 1] == math.inf
-        wanted = size_of[_SEARCH_NODES // 4 if is_whole else _FEWEST_NODES]
+        wanted = size_of[_SEARCH_NODES // 4 if is_whole else FEWEST_NODES]
         previous, difference, bound = 0.0, math.inf, math.inf
-        for number in range(_ROUNDS):
+        for number in range(ROUNDS):
             integral = whole
             if wanted != _SEARCH_NODES or not is_whole:
                 integral = _sum_between(
@@ -102,8 +116,10 @@ def _integrate_panel(fill, needs, rows, row, power, panels, p, highest, toleranc
                 )  # fmt: skip
                 nodes += wanted
             if number > 0:
-                last = abs(integral - previous)
-                bound, difference = bound_by_differences(last, difference, integral), last
+                # Between other minima than those near 0 two rules that agree do not suffice.
+                guard = 0.01 * difference if number > 1 else math.inf if highest < 1.0 else 0.0
+                difference = abs(integral - previous)
+                bound = max(difference, guard) * (_MARGIN if highest < 1.0 else 1.0)
             if bound <= 0.2 * tolerance * integral or 2 * wanted > LARGEST_NODE_COUNT:
                 break
             previous, wanted = integral, size_of[2 * wanted]
@@ -124,17 +140,6 @@ def _sum_between(
         squares = tile.signals[(group * rows + row) * LANES :]
         integral += sum_powers(squares, tile.weights[group * LANES :], power)
     return integral
-
-
-@subroutine()
-def bound_by_differences(last, before, size):
-    """Error bound of the last of three rules, from the last difference and that `before`, infinite if there is none.
-
-    `size` is what errors are relative to.
-    """
-    if not 0.0 < before < math.inf:
-        return last
-    return max(last, min(_LEFT_OF_DIFFERENCE, _LEFT_OF_SQUARE * before / size) * before)
 
 
 @subroutine()
@@ -165,8 +170,8 @@ def _turn_mean(fill, needs, rows, row, power, anchor, law, variant, tolerance, t
             return 0.0, math.inf, count
         previous, integral = integral, 2.0 * math.pi * total / count
         if count > added:
-            last = abs(integral - previous)
-            bound, difference, first = bound_by_differences(last, difference, integral), last, 2.0 * first % 1.0
+            guard, difference = 0.01 * difference, abs(integral - previous)
+            bound, first = _MARGIN * max(difference, guard), 2.0 * first % 1.0
         if bound <= 0.2 * tolerance * integral:
             return integral, bound / integral, count
     return integral, math.inf, count
@@ -225,8 +230,8 @@ def place_between(panel_centre, first, last, scale, count, row_of, table, cluste
 def _cut_at_minima(fill, needs, rows, row, anchor, law, variant, centre, half, highest, tile):
     """Fill the ends of the pieces between minima of a panel, in t from its centre; return the number of pieces.
 
-    Minima are squares of up to `highest` times the largest one. Where there is none, the end of the piece is infinite.
-    There are at most as many minima as lanes; the error bound includes further ones, which are rare.
+    Minima are squares of up to `highest` times the largest one. Where none is near 0, below 1, the end of the piece is
+    infinite. There are at most as many minima as lanes; the error bound includes further ones, which are rare.
     """
     t, samples, state, cuts = tile.roots, tile.signals, tile.state, tile.marks
     lanes, first, last, largest, cuts[0] = 0, centre - half, centre + half, 0.0, -half
@@ -246,7 +251,7 @@ def _cut_at_minima(fill, needs, rows, row, anchor, law, variant, centre, half, h
             start_lane(state, lanes, low, t[j], high, left, value, right, previous)
             lanes += 1
     if lanes == 0:
-        cuts[1] = math.inf
+        cuts[1] = math.inf if highest < 1.0 else half
         return 1
     minimise(fill, tile.constants, tile.shape, anchor, law, variant, needs, row, 1.0, state, tile.tangents, samples)
     pieces = 1
@@ -262,9 +267,13 @@ def _cut_at_minima(fill, needs, rows, row, anchor, law, variant, centre, half, h
 def fill_powers(fill, sizes, tables, w, i, design, stride, statistics, nodes, error, work, tile):
     """Fill the means of powers of the magnitudes of one design, number i of the chunk and `design` of the block."""
     gather_design(sizes, i, work, tile)
-    is_smooth = len(tables.breaks) == 0 and len(tables.corner_rows) == 0 and not tables.is_anchored
-    has_turn = is_smooth and tables.windows[w, KIND] == TURN and tables.windows[w, CLUTCH] == 0
+    # Only where all singularities are declared do bends show between few nodes.
+    is_declared = not (tables.is_located or tables.is_resolved or tables.is_anchored or tables.is_adaptive)
+    has_turn = is_declared and tables.windows[w, KIND] == TURN and tables.windows[w, CLUTCH] == 0
+    has_turn = has_turn and len(tables.breaks) == 0 and len(tables.corner_rows) == 0
     panel = work.first_panel[i]
+    for k in range(MOST_SINGULARITIES):
+        has_turn = has_turn and work.panels[SINGULAR + k * PANEL_CAPACITY + panel] >= _FAR
     anchor, law = int(work.panels[ANCHOR + panel]), int(work.panels[LAW + panel])
     variant = int(work.panels[VARIANT + panel])
     for s in range(sizes.rows):
@@ -283,7 +292,8 @@ def fill_powers(fill, sizes, tables, w, i, design, stride, statistics, nodes, er
             if bound == math.inf:
                 integral, bound, count = power_means(
                     fill, needs, sizes.rows, s, power, work.panels, panel, work.panel_count[i], stride,
-                    tables.tolerance, tables.size_of, tables.row_of, tables.rules, tile,
+                    _NEAR_ZERO if is_declared else 1.0, tables.tolerance, tables.size_of, tables.row_of, tables.rules,
+                    tile,
                 )  # fmt: skip
                 nodes[design] += count
             statistics[slot, design] = integral / work.averaging[i]
