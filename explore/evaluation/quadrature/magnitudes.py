@@ -27,16 +27,7 @@ from explore.base.subroutines import subroutine
 from explore.evaluation.quadrature.bounds import CHUNK, FLAG_SQUARES
 from explore.evaluation.quadrature.brent import ACTIVE, BEST, minimise, start_lane
 from explore.evaluation.quadrature.chunks import gather_design
-from explore.evaluation.quadrature.panels import (
-    ANCHOR,
-    CENTRE,
-    HALF,
-    LAW,
-    PANEL_CAPACITY,
-    SCALE,
-    SINGULAR,
-    VARIANT,
-)
+from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, PANEL_CAPACITY, SCALE, SINGULAR, VARIANT
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
 from explore.evaluation.quadrature.slots import BOUND, CLUTCH, KIND, ROOT_MEAN
 from explore.evaluation.quadrature.tiles import TILE_RESOLUTION, TILE_SCALE, TILE_TURNED
@@ -151,12 +142,13 @@ def _turn_mean(fill, needs, rows, row, power, anchor, law, variant, tolerance, t
     """
     for lane in range(LANES):
         tile.weights[lane] = 1.0
-    total, least, largest, first, count = 0.0, math.inf, 0.0, 1.0 / 3.0, 0
+    # Nodes are a third of a step behind half a turn from the anchor, whose half-tangent is infinite.
+    total, least, largest, offset, count = 0.0, math.inf, 0.0, 1.0 / 3.0, 0
     integral, difference, bound = 0.0, math.inf, math.inf
     while count < _MOST_EQUISPACED:
         # As many nodes as there are, midway between them.
         added = max(count, LANES)
-        shift, groups = (first + 0.5) % 1.0 if count > 0 else first, added // LANES
+        shift, groups = (offset + 0.5) % 1.0 if count > 0 else offset, added // LANES
         for j in range(added):
             tile.tangents[j] = tangent(math.pi * ((j + shift) / added - 0.5))
         fill(tile.constants, tile.tangents, anchor, law, variant, groups, needs, tile.signals)
@@ -171,7 +163,7 @@ def _turn_mean(fill, needs, rows, row, power, anchor, law, variant, tolerance, t
         previous, integral = integral, 2.0 * math.pi * total / count
         if count > added:
             guard, difference = 0.01 * difference, abs(integral - previous)
-            bound, first = _MARGIN * max(difference, guard), 2.0 * first % 1.0
+            bound, offset = _MARGIN * max(difference, guard), 2.0 * offset % 1.0
         if bound <= 0.2 * tolerance * integral:
             return integral, bound / integral, count
     return integral, math.inf, count
