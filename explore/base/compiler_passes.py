@@ -15,6 +15,7 @@ from typing import Any
 
 import numba.np.linalg
 import numpy as np
+from llvmlite.binding import Linkage
 from numba import njit, types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
@@ -28,6 +29,10 @@ _LEFT_OUT = {
 }  # fmt: skip
 #: The pass of Numba that fills the library of a function.
 _LOWERING = "NativeLowering"
+#: Number of lines of LLVM code of a function from which on it is not put into its callers.
+_LARGE = 1200
+#: Function of Numba's runtime that counts a reference to an array.
+_INCREMENT = "NRT_incref"
 #: Remembered signatures of operators, by function and types of the arguments.
 _signatures: dict[tuple[Any, tuple[Any, ...]], Any] = {}
 #: Verdict on all this with this version of Numba; None before the first compilation.
@@ -48,8 +53,9 @@ class PlainCompiler(Compiler):  # type: ignore[misc]  # Numba has no types
             return pipelines
         manager, known = PassManager("plain"), set(_LEFT_OUT)
         for each, description in pipelines[0].passes:
-            if each.__name__ == _LOWERING and self.only_translates:
-                manager.add_pass(_TranslateOnly, "choose the kind of library")
+            if each.__name__ == _LOWERING:
+                chosen = _TranslateOnly if self.only_translates else _Assemble
+                manager.add_pass(chosen, "choose the kind of library")
             if each.__name__ not in known:
                 manager.add_pass(each, description)
                 known.add(each.__name__)
@@ -92,18 +98,26 @@ numba.np.linalg.ensure_blas = _skip
 
 
 class _Translation(JITCodeLibrary):  # type: ignore[misc]  # likewise
-    """The translation of a function and of what it calls, neither optimised nor assembled."""
+    """The translation of a function, neither linked with what it calls nor optimised nor assembled."""
 
     def _optimize_functions(self, module: Any) -> None:
         module.data_layout = self._codegen._data_layout
 
-    def _optimize_final_module(self) -> None:
-        """Leave the optimisation to the callers."""
-
-    def _finalize_final_module(self) -> None:
+    def finalize(self) -> None:
+        """Leave the rest to the callers."""
         self._finalize_dynamic_globals()
-        self._verify_declare_only_symbols()
         self._finalized = True
+
+    def own_module(self) -> Any:
+        """The function alone."""
+        return super()._get_module_for_linking()
+
+    def _get_module_for_linking(self) -> Any:
+        """All that is called is linked for callers that Numba compiles in its own way: they link this module alone."""
+        module = self.own_module().clone()
+        for library in _with_callees(self._linking_libraries):
+            module.link_in(_module_of(library), preserve=True)
+        return module
 
     def get_pointer_to_function(self, name: str) -> int:  # noqa: ARG002  (the signature is Numba's)
         """Return 0, which means that there is no such function."""
@@ -112,6 +126,54 @@ class _Translation(JITCodeLibrary):  # type: ignore[misc]  # likewise
     @property
     def codegen(self) -> Any:
         return _CodeGeneratorWithoutEnvironments(self._codegen)
+
+
+def _with_callees(libraries: list[Any]) -> list[Any]:
+    """Libraries, and those that the translations among them call, directly or not."""
+    found = list(dict.fromkeys(libraries))
+    for library in found:  # which grows meanwhile
+        if isinstance(library, _Translation):
+            found += [each for each in dict.fromkeys(library._linking_libraries) if each not in found]
+    return found
+
+
+def _module_of(library: Any) -> Any:
+    return library.own_module() if isinstance(library, _Translation) else library._get_module_for_linking()
+
+
+class _Assembly(JITCodeLibrary):  # type: ignore[misc]  # likewise
+    """A function with all that it calls, which is its own: calls lose the arguments that nothing reads.
+
+    An array is seven arguments, a tuple of arrays hundreds. Large functions stay functions, or the one that calls them
+    all would take long to compile.
+
+    Their names are in no table of symbols: there the linker would take one for a function of that name which takes all
+    arguments, as libraries have that Numba compiles in its own way.
+    """
+
+    def finalize(self) -> None:
+        """Link all translations that are called, directly or not, each once."""
+        libraries = _with_callees(self._linking_libraries)
+        for library in libraries:
+            if isinstance(library, _Translation):
+                self._final_module.link_in(library.own_module(), preserve=True)
+        self._linking_libraries: list[Any] = [each for each in libraries if not isinstance(each, _Translation)]
+        super().finalize()
+
+    def _optimize_final_module(self) -> None:
+        counts_references = False
+        for function in self._final_module.functions:
+            counts_references |= function.name == _INCREMENT
+            if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
+                function.linkage = "private"
+                is_inlined = any(b"alwaysinline" in attributes for attributes in function.attributes)
+                if not is_inlined and str(function).count("\n") > _LARGE:
+                    function.add_function_attribute("noinline")
+        if counts_references:
+            super()._optimize_final_module()  # which removes most counts before loops are vectorised
+        else:
+            passes, builder = self._codegen._module_pass_manager()
+            passes.run(self._final_module, builder)
 
 
 class _CodeGeneratorWithoutEnvironments:
@@ -138,6 +200,21 @@ class _TranslateOnly(LoweringPass):  # type: ignore[misc]  # likewise
 
     def run_pass(self, state: Any) -> bool:
         state.library = _Translation(state.targetctx.codegen(), state.func_id.func_qualname)
+        return True
+
+
+@register_pass(mutates_CFG=False, analysis_only=True)
+class _Assemble(LoweringPass):  # type: ignore[misc]  # likewise
+    """Choose the kind of library that the function is assembled in."""
+
+    _name = "assemble"
+
+    def __init__(self) -> None:
+        LoweringPass.__init__(self)
+
+    def run_pass(self, state: Any) -> bool:
+        state.library = _Assembly(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
         return True
 
 

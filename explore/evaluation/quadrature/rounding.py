@@ -45,7 +45,7 @@ def fill_roundings(disturbed_fill, sizes, tables, w, anchor, law, variant, count
         for j in range(used):
             at = (_node(j, used, count) * rows + s) * LANES
             _add_squares(tile.disturbed[(j * rows + s) * LANES :], signals[at:], tile.values[j * LANES :], tile.node)
-        for lane in range(LANES):
+        for lane in range(len(tile.node)):
             square = tile.node[lane] * scale / tile.marks[lane]
             tile.node[lane] = square if square == square else math.inf
         for lane in range(lanes):
@@ -64,20 +64,20 @@ def _weigh_nodes(is_anchored, used, count, tile):
 
     Nodes that crowd where a signal is large count by what they stand for, an end by its neighbour.
     """
-    for lane in range(LANES):
-        tile.marks[lane] = 0.0
+    sums = tile.marks[:LANES]
+    sums[:] = 0.0
     for j in range(used):
         node = min(max(_node(j, used, count), 1), count - 2)
-        for lane in range(LANES):
-            weight = tile.weights[node * LANES + lane] if is_anchored else 1.0
-            tile.values[j * LANES + lane] = weight
-            tile.marks[lane] += weight
+        weights, own = tile.weights[node * LANES :], tile.values[j * LANES :]
+        for lane in range(len(sums)):
+            own[lane] = weights[lane] if is_anchored else 1.0
+            sums[lane] += own[lane]
 
 
 @subroutine(no_alias=True)
 def _add_squares(disturbed, plain, weights, totals):
     """Add the squares of changes at a node, times its weights."""
-    for lane in range(LANES):
+    for lane in range(len(totals)):
         change = disturbed[lane] - plain[lane]
         totals[lane] += weights[lane] * (change * change)
 

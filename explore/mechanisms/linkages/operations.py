@@ -4,7 +4,7 @@ import math
 
 from numba import types
 
-from explore.base.compiling import LANES, compiled
+from explore.base.compiling import compiled
 from explore.base.lanes.arctangent import arctangent
 from explore.base.subroutines import subroutine
 from explore.mechanisms.linkages.degrees import cosine_of_degrees, degrees_of, sine_of_degrees, tangent_of_degrees
@@ -19,17 +19,20 @@ CODES = {
 _ROW = types.CPointer(types.float64)
 
 #: Signature of `operate`.
-OPERATE_SIGNATURE = types.void(types.int64, _ROW, _ROW, _ROW)
+OPERATE_SIGNATURE = types.void(types.int64, types.int64, _ROW, _ROW, _ROW)
 
 
-@compiled(OPERATE_SIGNATURE)
-def operate(code, first, second, out):
-    """Fill the results of an operation on two rows; a function of one number takes the first."""
+@compiled(OPERATE_SIGNATURE, no_alias=True)
+def operate(code, lanes, first, second, out):
+    """Fill the results of an operation on two rows; a function of one number takes the first.
+
+    The number of lanes is an argument: a loop over a constant number of them is unrolled and not vectorised.
+    """
     if code == _ARCTANGENT:
-        for lane in range(LANES):
+        for lane in range(lanes):
             out[lane] = arctangent(first[lane], second[lane])
     else:
-        for lane in range(LANES):
+        for lane in range(lanes):
             out[lane] = _of_formula(code, first[lane], second[lane])
 
 

@@ -174,7 +174,7 @@ def _sum_coefficients(first, last, work):
     Sums of h exp(i k theta), h = 1/f, and of those of its slope h' have coefficients of the orders k and n - k in them;
     from ((n - k) h + i h') exp(i k theta) the latter drop out.
     """
-    mean = work[_MEAN * LANES :]
+    mean = work[_MEAN * LANES : (_MEAN + 1) * LANES]
     for k in range(first, last):
         real, imaginary, weight = work[2 * k * LANES :], work[(2 * k + 1) * LANES :], 2.0 * _HALF - _ORDERS[k]
         for lane in range(LANES):
@@ -192,7 +192,7 @@ def _sum_coefficients(first, last, work):
                 others = s0 * one[3 * LANES + lane] + s1 * two[3 * LANES + lane] + s2 * three[3 * LANES + lane]
                 real[lane] += weight * of_cosines - others
                 imaginary[lane] += weight * of_sines + slopes
-        for lane in range(LANES):
+        for lane in range(len(mean)):
             scale = 1.0 / mean[lane]
             real[lane], imaginary[lane] = real[lane] * scale, imaginary[lane] * scale
 

@@ -53,10 +53,13 @@ def _suffix(lanes: int) -> str:
 
 
 #: Declarations of what functions call.
-HEAD = f"declare ptr @{OPERATE}(i64, ptr, ptr, ptr)\ndeclare ptr @{FOLLOW}(ptr, i64, i64, ptr, ptr, ptr)\n" + "".join(
-    f"declare {_type(lanes)} @llvm.{name}.{_suffix(lanes)}({', '.join([_type(lanes)] * count)})\n"
-    for name, count in (("sqrt", 1), ("fabs", 1), ("maximum", 2), ("minimum", 2))
-    for lanes in (LANES, 1)
+HEAD = (
+    f"declare ptr @{OPERATE}(i64, i64, ptr, ptr, ptr)\ndeclare ptr @{FOLLOW}(ptr, i64, i64, ptr, ptr, ptr)\n"
+    + "".join(
+        f"declare {_type(lanes)} @llvm.{name}.{_suffix(lanes)}({', '.join([_type(lanes)] * count)})\n"
+        for name, count in (("sqrt", 1), ("fabs", 1), ("maximum", 2), ("minimum", 2))
+        for lanes in (LANES, 1)
+    )
 )
 
 
@@ -288,7 +291,7 @@ class _Body:
         for slot, part in zip((first, second), parts, strict=False):
             yield f"  store {_VECTOR} {part}, ptr {slot}"
         slots = f"ptr {first}, ptr {second if len(parts) == 2 else first}, ptr {third}"
-        yield f"  {result}.null = call ptr @{OPERATE}(i64 {code}, {slots})"
+        yield f"  {result}.null = call ptr @{OPERATE}(i64 {code}, i64 {LANES}, {slots})"
         yield f"  {result} = load {_VECTOR}, ptr {third}"
 
     def _follow(self, result: str, rows: str, group: int, parts: list[str]) -> Iterator[str]:

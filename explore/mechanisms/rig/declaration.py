@@ -96,7 +96,7 @@ TEST_RIG = Mechanism(
     ),
     default_metrics={"": (*(metric.name for metric in _METRICS), *_SAMPLED_DEFAULTS)},
     objectives=("pin_force_peak", "velocity_thd", "size"),
-    kernel_version="18",
+    kernel_version="19",
     table=loaded_four_bar(),
     table_signals=signals_of_four_bar,
     exact=exact_four_bar,
