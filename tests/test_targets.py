@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import tomllib
 
 import numpy as np
 import pandas as pd
@@ -13,12 +14,15 @@ from synthesis_cases import PROBLEMS, least_ordered
 from target_studies import SQUARE, study_of
 
 import explore
+from explore.base.compiling import LANES
 from explore.base.errors import ConfigError, RequestError
+from explore.mechanisms.linkages.motions import TableMotion
 from explore.mechanisms.registry import MECHANISMS
 from explore.mechanisms.targets.path_errors import metrics as path_metrics
-from explore.mechanisms.targets.path_errors.curve import CURVE
+from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, ROWS, fill_rows
 from explore.mechanisms.targets.path_errors.metrics import measure_paths
 from explore.model.targets import target_from_content
+from explore.studies.config.study_file import linkage_starter
 from explore.studies.request.names import find_mechanism
 
 
@@ -412,3 +416,44 @@ def test_derivatives_of_curves_are_those_of_finite_changes(mechanism, design):
         for first in (0, 6):  # of the point, then of the direction of its link
             assert at(angle)[first + 2 : first + 6] == pytest.approx(changes[first : first + 4], abs=1e-6)
         assert np.hypot(*at(angle)[6:8]) == pytest.approx(1.0, abs=1e-14)
+
+
+@njit(types.void(ROWS, types.float64[::1], types.float64[:, ::1], types.float64[::1], types.float64[::1]))
+def call_rows(rows_of_curve, shape, rays, shapes, out):
+    fill_rows(rows_of_curve, shape, rays, shapes, out)
+
+
+def motion_of_a_table(name, point, link):
+    """The motion of a point of a starter, and its parameters at the lower ends of their ranges."""
+    sections = tomllib.loads(linkage_starter(name))
+    table, entries = explore.Linkage(sections).table, sections["parameters"]
+    values = [entries[parameter.name] for parameter in table.parameters]
+    return TableMotion(table, point, link), [each["min"] if isinstance(each, dict) else each for each in values]
+
+
+def motion_of_a_crank_rocker():
+    motion = MECHANISMS["crank-rocker"].targets["poses"].formulas.motion_of("M")
+    return motion, [30.0, 100.0, 80.0, 110.0, -1.0, 60.0, 20.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("motion", "values"),
+    [
+        motion_of_a_crank_rocker(),
+        motion_of_a_table("watt-2", "D", "rod"),
+        motion_of_a_table("stephenson-2", "D", "coupler"),
+    ],
+    ids=["built-in", "table", "group"],
+)
+def test_curves_at_rows_of_angles_are_those_at_each(motion, values):
+    """The angles of each row are in both halves of the turn, which formulas tell apart."""
+    (shape,) = motion.shapes(np.array([values]))
+    assert not np.isnan(shape[0])
+    angles = np.random.default_rng(3).permutation(np.linspace(0.0, 2.0 * np.pi, 3 * LANES, endpoint=False))
+    rays, found = np.stack([np.cos(angles), np.sin(angles)]), np.empty((3, CURVE_SIZE, LANES))
+    call_rows(motion.function_of_rows(), shape, rays, np.empty(LANES * len(shape)), found.ravel())
+    each = np.empty((3 * LANES, CURVE_SIZE))
+    for ray, out in zip(rays.T, each, strict=True):
+        call_curve(motion.function(), shape, *ray, out)
+    # The same operations, which may be contracted otherwise: some roundings of the largest number.
+    assert found.transpose(0, 2, 1).reshape(-1, CURVE_SIZE) == pytest.approx(each, rel=0.0, abs=1e-14 * abs(each).max())

@@ -28,7 +28,7 @@ from explore.mechanisms.linkages.programs import Program, Rows
 from explore.mechanisms.linkages.table import LinkageTable
 from explore.mechanisms.linkages.trace import Loop
 from explore.mechanisms.linkages.turn_moments import TURN_MOMENTS_SIGNATURE, fill_turn_moments
-from explore.mechanisms.targets.path_errors.curve import CURVE_SIGNATURE
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIGNATURE, CURVE_SIZE, ROWS_SIGNATURE
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,8 @@ class Kernel:
         As `explore.model.mechanism.Mechanism` says.
     curve
         What `fill` gives of one design at one angle, from its constants; see `explore.mechanisms.targets`.
+    rows_of_curve
+        The same at many angles.
     turn_moments
         As `explore.model.mechanism.Mechanism.integrals`, over the turn.
     n_constants
@@ -58,6 +60,7 @@ class Kernel:
     precise_fill: NativeFunction | None
     disturbed_precise_fill: NativeFunction | None
     curve: NativeFunction
+    rows_of_curve: NativeFunction
     turn_moments: NativeFunction | None
     n_constants: int
     closes_quickly: bool
@@ -113,13 +116,17 @@ def make_kernel(
     curve = NativeFunction(
         ray.name, CURVE_SIGNATURE, lambda: vector_code.HEAD + vector_code.curve_function(ray), _addresses
     )  # fmt: skip
+    rows_of_curve = NativeFunction(
+        f"{ray.name}_rows", ROWS_SIGNATURE,
+        lambda: vector_code.HEAD + vector_code.rows_of_curve_function(ray, CURVE_SIZE), _addresses,
+    )  # fmt: skip
     is_exact = not equations.graph.has_rounded_constants and knows_pairs(whole) and knows_pairs(closing.reversals)
     return Kernel(
         close, _fill_function(fill), _fill_function(whole, is_disturbed=True),
         _close_precisely(closing) if is_exact and rate else None,
         _pairs_function("precise_fill", whole) if is_exact else None,
         _pairs_function("disturbed_precise_fill", whole, is_disturbed=True) if is_exact else None,
-        curve, _moments_function(loops, parameters) if loops else None, status,
+        curve, rows_of_curve, _moments_function(loops, parameters) if loops else None, status,
         closes_quickly=bool(sizes.is_harmonic) and not (sizes.links or sizes.groups or sizes.has_strokes),
         knows_places=bool(sizes.is_harmonic and sizes.has_strokes),
     )  # fmt: skip

@@ -65,6 +65,10 @@ class TableMotion:
         """The curve, a function of the constants of a design."""
         return self._kernel().curve
 
+    def function_of_rows(self) -> Any:
+        """The curve at rows of angles."""
+        return self._kernel().rows_of_curve
+
     def _kernel(self) -> Kernel:
         return _kernel(self.table, self.point, self.link, self.is_output)
 

@@ -77,17 +77,41 @@ def node_function(program: Program) -> str:
 
 def curve_function(program: Program) -> str:
     """A function of the constants of one design, of cosine and sine of the angle, and of the numbers to fill."""
-    angle = (
-        "  %behind = fcmp olt double %cosine, 0.0\n  %anchor = uitofp i1 %behind to double\n"
-        "  %size = call double @llvm.fabs.f64(double %cosine)\n  %more = fadd double %size, 1.0\n"
-        "  %half.more = fmul double %more, 0.5\n"
-        "  %opposite.sine = fneg double %sine\n"
-        "  %over = select i1 %behind, double %opposite.sine, double %sine\n  %tangent = fdiv double %over, %more\n"
-    )
     return _function(
         program.name,
         ("read", "cosine.", "sine.", "written"),
-        _scratch(program, 1) + angle + _body(program, _FAST, lanes=1),
+        _scratch(program, 1) + _angle_of_ray(1) + _body(program, _FAST, lanes=1),
+    )
+
+
+def rows_of_curve_function(program: Program, size: int) -> str:
+    """The same for rows: of constants, of cosines and sines, of how many of these two, and of `size` numbers each."""
+    loop = (
+        "  br label %begin\nbegin:\n  %empty = icmp sle i64 %count, 0\n  br i1 %empty, label %done, label %next\n"
+        "next:\n  %j = phi i64 [0, %begin], [%j.after, %next]\n"
+        + _place("%cosine.at", "%cosines", "%j", 1)
+        + _load("%cosine", "%cosine.at")
+        + _place("%sine.at", "%sines", "%j", 1)
+        + _load("%sine", "%sine.at")
+        + _place("%written", "%all.written", "%j", size)
+        + _angle_of_ray(LANES)
+        + _body(program, _FAST)
+        + "  %j.after = add i64 %j, 1\n  %again = icmp slt i64 %j.after, %count\n"
+        "  br i1 %again, label %next, label %done\ndone:\n"
+    )
+    arguments = ("read", "cosines", "sines", "count:", "all.written")
+    return _function(f"{program.name}_rows", arguments, _scratch(program) + loop)
+
+
+def _angle_of_ray(lanes: int) -> str:
+    """Statements of the half-tangent and of the anchor of angles by their cosines and sines."""
+    row, truth = _type(lanes), "i1" if lanes == 1 else f"<{lanes} x i1>"
+    return (
+        f"  %behind = fcmp olt {row} %cosine, {_splat(0.0, lanes)}\n  %anchor = uitofp {truth} %behind to {row}\n"
+        f"  %size = call {row} @llvm.fabs.{_suffix(lanes)}({row} %cosine)\n"
+        f"  %more = fadd {row} %size, {_splat(1.0, lanes)}\n  %half.more = fmul {row} %more, {_splat(0.5, lanes)}\n"
+        f"  %opposite.sine = fneg {row} %sine\n"
+        f"  %over = select {truth} %behind, {row} %opposite.sine, {row} %sine\n  %tangent = fdiv {row} %over, %more\n"
     )
 
 

@@ -27,6 +27,9 @@ class Motion(Protocol):
     def function(self) -> Any:
         """The compiled function, of the signature of `mechanisms.targets.path_errors.curve`."""
 
+    def function_of_rows(self) -> Any:
+        """The same for many angles at once."""
+
     def shapes(self, inputs: FloatArray) -> FloatArray:
         """What the function takes of designs, (n, k), from their inputs, (n, p); NaN first where there is no motion."""
 

@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN, fill_rows
 from explore.mechanisms.targets.path_errors.ordering import fill_least
 from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, divide, place_of
 from explore.model.quantities import FloatArray
@@ -34,7 +35,7 @@ class Arcs(NamedTuple):
 
     `rays` (2, FEW_ARCS) are cosines and sines of equal angles. `excess` (n,) tells which arcs are divided: squared
     sizes of curls, or what is missing in the sums of squares over arcs. `spare` is room for corners, `out` for the
-    curve.
+    curve, `rows` and `shapes` for it at the rays.
     """
 
     rays: FloatArray
@@ -43,15 +44,17 @@ class Arcs(NamedTuple):
     excess: FloatArray
     spare: FloatArray
     out: FloatArray
+    rows: FloatArray
+    shapes: FloatArray
 
 
 @subroutine(allocates=True)
-def make_arcs():
+def make_arcs(shape_size):
     """Room for arcs."""
     angles, size = np.arange(FEW_ARCS) * (TURN / FEW_ARCS), MOST_ARCS + 1
     return Arcs(
         np.stack((np.cos(angles), np.sin(angles))), np.empty((5, size)), np.empty((8, size)), np.empty(size),
-        np.empty((5, size)), np.empty(CURVE_SIZE),
+        np.empty((5, size)), np.empty(CURVE_SIZE), np.empty(FEW_ARCS * CURVE_SIZE), np.empty(shape_size * LANES),
     )  # fmt: skip
 
 
@@ -63,11 +66,13 @@ def _fill_corner(angle, out, corners, k):
 
 
 @subroutine()
-def fill_arcs(curve, shape, arcs):
+def fill_arcs(curve, rows_of_curve, shape, arcs):
     """Fill arcs of equal turns of the crank, divided where the curve is not nearly their cubic; return their number."""
+    fill_rows(rows_of_curve, shape, arcs.rays, arcs.shapes, arcs.rows)
     for k in range(FEW_ARCS):
-        curve(shape, arcs.rays[0, k], arcs.rays[1, k], arcs.out)
-        _fill_corner(k * (TURN / FEW_ARCS), arcs.out, arcs.corners, k)
+        arcs.corners[ANGLE, k], first = k * (TURN / FEW_ARCS), k // LANES * LANES * CURVE_SIZE + k % LANES
+        for row in range(4):
+            arcs.corners[X + row, k] = arcs.rows[first + row * LANES]
     for row in range(5):
         arcs.corners[row, FEW_ARCS] = arcs.corners[row, 0]
     arcs.corners[ANGLE, FEW_ARCS] = TURN
@@ -85,26 +90,30 @@ def fill_arcs(curve, shape, arcs):
 @subroutine()
 def _measure_curls(count, arcs):
     """Fill the squared sizes of the terms of third order of arcs, relative to their chords, as their excess."""
-    laid = arcs.laid
-    for k in range(count):
-        place = place_of(k, count // LANES_OF_TURN)
-        twist = laid[TWIST_X, place] ** 2 + laid[TWIST_Y, place] ** 2
-        arcs.excess[k] = twist / (laid[ALONG_X, place] ** 2 + laid[ALONG_Y, place] ** 2 + _TINY)
+    laid, parts = arcs.laid, count // LANES_OF_TURN
+    for lane in range(LANES_OF_TURN):
+        for part in range(parts):
+            place = part * LANES_OF_TURN + lane
+            twist = laid[TWIST_X, place] ** 2 + laid[TWIST_Y, place] ** 2
+            chord = laid[ALONG_X, place] ** 2 + laid[ALONG_Y, place] ** 2
+            arcs.excess[lane * parts + part] = twist / (chord + _TINY)
 
 
 @subroutine()
 def _lay(corners, count, laid):
     """Fill so many arcs from their corners, each at its place in a row."""
-    for k in range(count):
-        place, step = place_of(k, count // LANES_OF_TURN), corners[ANGLE, k + 1] - corners[ANGLE, k]
-        x, y = corners[X, k], corners[Y, k]
-        along_x, along_y = corners[X, k + 1] - x, corners[Y, k + 1] - y
-        bend_x, bend_y = step * corners[SLOPE_X, k] - along_x, step * corners[SLOPE_Y, k] - along_y
-        laid[START_X, place], laid[START_Y, place] = x, y
-        laid[ALONG_X, place], laid[ALONG_Y, place] = along_x, along_y
-        laid[BEND_X, place], laid[BEND_Y, place] = bend_x, bend_y
-        laid[TWIST_X, place] = bend_x + step * corners[SLOPE_X, k + 1] - along_x
-        laid[TWIST_Y, place] = bend_y + step * corners[SLOPE_Y, k + 1] - along_y
+    parts = count // LANES_OF_TURN
+    for lane in range(LANES_OF_TURN):
+        for part in range(parts):
+            place, k = part * LANES_OF_TURN + lane, lane * parts + part
+            x, y, step = corners[X, k], corners[Y, k], corners[ANGLE, k + 1] - corners[ANGLE, k]
+            along_x, along_y = corners[X, k + 1] - x, corners[Y, k + 1] - y
+            bend_x, bend_y = step * corners[SLOPE_X, k] - along_x, step * corners[SLOPE_Y, k] - along_y
+            laid[START_X, place], laid[START_Y, place] = x, y
+            laid[ALONG_X, place], laid[ALONG_Y, place] = along_x, along_y
+            laid[BEND_X, place], laid[BEND_Y, place] = bend_x, bend_y
+            laid[TWIST_X, place] = bend_x + step * corners[SLOPE_X, k + 1] - along_x
+            laid[TWIST_Y, place] = bend_y + step * corners[SLOPE_Y, k + 1] - along_y
 
 
 @subroutine()

@@ -17,7 +17,7 @@ from explore.mechanisms.targets.path_errors.arcs import (
     fill_distances,
     make_arcs,
 )
-from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, LEAST_BEND, TURN
+from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, LEAST_BEND, ROWS, TURN
 from explore.mechanisms.targets.path_errors.ordering import (
     IntArray,
     Search,
@@ -134,8 +134,8 @@ class _Buffers(NamedTuple):
 
 
 @subroutine(allocates=True)
-def _allocate_buffers(n):
-    return _Buffers(make_arcs(), make_search(n, MOST_ARCS), np.empty(n), np.empty(n, np.int64), make_room(n))
+def _allocate_buffers(n, size):
+    return _Buffers(make_arcs(size), make_search(n, MOST_ARCS), np.empty(n), np.empty(n, np.int64), make_room(n))
 
 
 @subroutine()
@@ -194,10 +194,10 @@ def _search_sense(curve, shape, points, weights, count, order, least, buffers, o
 
 
 @subroutine()
-def _order_points(curve, shape, points, weights, buffers, own):
+def _order_points(curve, rows_of_curve, shape, points, weights, buffers, own):
     """Fill the crank angles of points of the least sum of squares in either sense; return the sense, 1 or -1."""
     search, own[:] = buffers.search, math.nan
-    count = fill_arcs(curve, shape, buffers.arcs)
+    count = fill_arcs(curve, rows_of_curve, shape, buffers.arcs)
     fill_distances(points, weights, buffers.arcs, count, search)
     is_forwards = follows_forwards(count, search)
     first, second = (search.forwards, search.backwards) if is_forwards else (search.backwards, search.forwards)
@@ -206,8 +206,8 @@ def _order_points(curve, shape, points, weights, buffers, own):
     return 1.0 if (other < least) != is_forwards else -1.0
 
 
-@compiled(types.void(CURVE, _F2, _F2, _F1, types.boolean, _F2, _F2), allocates=True)
-def measure_ordered(curve, designs, points, weights, is_closed, measures, angles):
+@compiled(types.void(CURVE, ROWS, _F2, _F2, _F1, types.boolean, _F2, _F2), allocates=True)
+def measure_ordered(curve, rows_of_curve, designs, points, weights, is_closed, measures, angles):
     """Measure designs against points that the crank passes in order, in the better sense.
 
     `designs` (n, p) have what the mechanism's compiled `curve` takes, then the pose; one whose first number is NaN has
@@ -215,8 +215,8 @@ def measure_ordered(curve, designs, points, weights, is_closed, measures, angles
     whole turn. Filled are `measures` (n, N_MEASURES), and `angles` (n, m), the crank angles from the frame, rad, which
     ascend or descend.
     """
-    m, size, buffers = len(points), designs.shape[1] - POSE_SIZE, _allocate_buffers(len(points))
-    placed, place = np.empty((m, 2)), make_place(size)
+    m, size = len(points), designs.shape[1] - POSE_SIZE
+    buffers, placed, place = _allocate_buffers(m, size), np.empty((m, 2)), make_place(size)
     for k in range(len(designs)):
         own = angles[k]
         if math.isnan(designs[k, 0]):
@@ -224,7 +224,7 @@ def measure_ordered(curve, designs, points, weights, is_closed, measures, angles
             continue
         shape, pose = designs[k, :size], designs[k, size:]
         place_points(points, pose, placed)
-        sense = _order_points(curve, shape, placed, weights, buffers, own)
+        sense = _order_points(curve, rows_of_curve, shape, placed, weights, buffers, own)
         measure(curve, shape, placed, weights, own, EACH, pose, place, measures[k])
         measures[k, SPAN] = TURN if is_closed else sense * (own[m - 1] - own[0])
         if is_closed:

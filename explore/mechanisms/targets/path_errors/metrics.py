@@ -56,7 +56,7 @@ def measure_paths(motion: Motion, target: PathTarget, table: FloatArray) -> Meas
         if target.closed:
             found[0][~np.isnan(found[0][:, SPAN]), SPAN] = 2.0 * np.pi
     else:
-        measure_ordered(curve, designs, points, weights, target.closed, *found)
+        measure_ordered(curve, motion.function_of_rows(), designs, points, weights, target.closed, *found)
     return *found, designs
 
 

@@ -5,8 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from explore.base.compiling import LANES
+from explore.base.lanes.arctangent import arctangent
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN, fill_rows
 from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, divide, place_of
 from explore.mechanisms.targets.pose_errors.link import (
     ANGLE,
@@ -17,7 +19,6 @@ from explore.mechanisms.targets.pose_errors.link import (
     X,
     Y,
     fill_link,
-    fill_link_at,
     wrap,
 )
 from explore.model.quantities import FloatArray
@@ -45,7 +46,8 @@ class Chords(NamedTuple):
     """Arrays of the chords of a motion: `corners` (7, n + 1) in their order, `laid` (6, n) at their places in a row.
 
     `rays` (2, FEW_CHORDS) are cosines and sines of equal angles. `bends` (n,) are squared distances of ends of chords
-    from tangents. `spare` is room for corners, `out` for the curve, `link` for the pose of the link.
+    from tangents. `spare` is room for corners, `out` for the curve, `link` for the pose of the link; `rows` and
+    `shapes` for the curve at the rays.
     """
 
     rays: FloatArray
@@ -55,15 +57,18 @@ class Chords(NamedTuple):
     spare: FloatArray
     out: FloatArray
     link: FloatArray
+    rows: FloatArray
+    shapes: FloatArray
 
 
 @subroutine(allocates=True)
-def make_chords():
+def make_chords(shape_size):
     """Room for chords."""
     angles, size = np.arange(FEW_CHORDS) * _STEP, MOST_CHORDS + 1
     return Chords(
         np.stack((np.cos(angles), np.sin(angles))), np.empty((7, size)), np.empty((6, size)), np.empty(size),
-        np.empty((7, size)), np.empty(CURVE_SIZE), np.empty(LINK_SIZE),
+        np.empty((7, size)), np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(FEW_CHORDS * CURVE_SIZE),
+        np.empty(shape_size * LANES),
     )  # fmt: skip
 
 
@@ -75,42 +80,79 @@ def _fill_corner(part, link, corners, k):
     corners[_X_1, k], corners[_Y_1, k], corners[_ANGLE_1, k] = link[X_1], link[Y_1], link[ANGLE_1]
 
 
-@subroutine()
-def _lay(corners, count, lever, laid, bends):
-    """Fill so many chords from their corners, each at its place in a row, and their bends; return their length."""
+@subroutine(no_alias=True)
+def _fill_angles(rows, angles, rates):
+    """Fill angles of the link and their derivatives from rows of the curve."""
+    for lane in range(len(angles)):
+        ux, uy = rows[6 * LANES + lane], rows[7 * LANES + lane]
+        angles[lane] = arctangent(uy, ux)
+        rates[lane] = ux * rows[9 * LANES + lane] - uy * rows[8 * LANES + lane]  # u = exp(i phi), so phi' = u x u'
+
+
+@subroutine(no_alias=True)
+def _fill_corners(rows, first, corners):
+    """Fill LANES corners from the first on, from their rows of the curve."""
+    stop = first + LANES
+    _fill_angles(rows, corners[_ANGLE, first:stop], corners[_ANGLE_1, first:stop])
+    for lane in range(LANES):
+        corners[_PART, first + lane] = first + lane
+        corners[_X, first + lane], corners[_Y, first + lane] = rows[lane], rows[LANES + lane]
+        corners[_X_1, first + lane], corners[_Y_1, first + lane] = rows[2 * LANES + lane], rows[3 * LANES + lane]
+
+
+@subroutine(fast=True, no_alias=True)
+def _measure(corners, count, lever, along_x, along_y, along_angle, bends):
+    """Fill how far so many chords go along each coordinate, and their bends; return their length."""
     length = 0.0
     for k in range(count):
-        place, step = place_of(k, count // LANES_OF_TURN), (corners[_PART, k + 1] - corners[_PART, k]) * _STEP
-        along_x, along_y = corners[_X, k + 1] - corners[_X, k], corners[_Y, k + 1] - corners[_Y, k]
-        along_angle = lever * wrap(corners[_ANGLE, k + 1] - corners[_ANGLE, k])
-        laid[START_X, place], laid[START_Y, place] = corners[_X, k], corners[_Y, k]
-        laid[START_ANGLE, place], laid[ALONG_ANGLE, place] = corners[_ANGLE, k], along_angle
-        laid[ALONG_X, place], laid[ALONG_Y, place] = along_x, along_y
-        length += math.sqrt(along_x * along_x + along_y * along_y + along_angle * along_angle)
-        bends[k] = 0.0
-        for end in range(k, k + 2):
-            dx, dy = step * corners[_X_1, end] - along_x, step * corners[_Y_1, end] - along_y
-            turned = step * lever * corners[_ANGLE_1, end] - along_angle
-            bends[k] = max(bends[k], dx * dx + dy * dy + turned * turned)
+        step = (corners[_PART, k + 1] - corners[_PART, k]) * _STEP
+        x, y = corners[_X, k + 1] - corners[_X, k], corners[_Y, k + 1] - corners[_Y, k]
+        angle = lever * wrap(corners[_ANGLE, k + 1] - corners[_ANGLE, k])
+        along_x[k], along_y[k], along_angle[k] = x, y, angle
+        length += math.sqrt(x * x + y * y + angle * angle)
+        bend = _bend(corners, k, step, lever, x, y, angle)
+        other = _bend(corners, k + 1, step, lever, x, y, angle)
+        bends[k] = bend if bend > other else other
+    return length
+
+
+@subroutine(fast=True, inlined=True)
+def _bend(corners, end, step, lever, x, y, angle):
+    """The squared distance of the end of a chord from the tangent at one of its ends."""
+    dx, dy = step * corners[_X_1, end] - x, step * corners[_Y_1, end] - y
+    turned = step * lever * corners[_ANGLE_1, end] - angle
+    return dx * dx + dy * dy + turned * turned
+
+
+@subroutine()
+def _lay(count, lever, chords):
+    """Fill so many chords from their corners, each at its place in a row, and their bends; return their length."""
+    corners, laid, spare = chords.corners, chords.laid, chords.spare
+    length, parts = _measure(corners, count, lever, spare[0], spare[1], spare[2], chords.bends), count // LANES_OF_TURN
+    for lane in range(LANES_OF_TURN):
+        for part in range(parts):
+            k, place = lane * parts + part, part * LANES_OF_TURN + lane
+            for row, corner in ((START_X, _X), (START_Y, _Y), (START_ANGLE, _ANGLE)):
+                laid[row, place], laid[ALONG_X + row - START_X, place] = corners[corner, k], spare[row - START_X, k]
     return length
 
 
 @subroutine()
-def fill_chords(curve, shape, lever, chords):
+def fill_chords(curve, rows_of_curve, shape, lever, chords):
     """Fill chords of equal turns of the crank, divided where they are far from the motion; return their number."""
-    corners, out, link = chords.corners, chords.out, chords.link
-    for k in range(FEW_CHORDS):
-        fill_link_at(curve, shape, chords.rays[0, k], chords.rays[1, k], out, link)
-        _fill_corner(k, link, corners, k)
+    corners = chords.corners
+    fill_rows(rows_of_curve, shape, chords.rays, chords.shapes, chords.rows)
+    for first in range(0, FEW_CHORDS, LANES):
+        _fill_corners(chords.rows[first * CURVE_SIZE :], first, corners)
     for row in range(7):
         corners[row, FEW_CHORDS] = corners[row, 0]
     corners[_PART, FEW_CHORDS] = FEW_CHORDS
-    count, length = FEW_CHORDS, _lay(corners, FEW_CHORDS, lever, chords.laid, chords.bends)
+    count, length = FEW_CHORDS, _lay(FEW_CHORDS, lever, chords)
     for _ in range(_MOST_DIVISIONS):
         more = _divide(curve, shape, count, (_CURVED * length) ** 2, chords)
         if more == 0:
             break
-        count, length = more, _lay(corners, more, lever, chords.laid, chords.bends)
+        count, length = more, _lay(more, lever, chords)
     return count
 
 

@@ -17,20 +17,12 @@ def wrap(angle):
 
 
 @subroutine()
-def fill_link_at(curve, shape, cosine, sine, out, link):
-    """Fill the pose of the `link` (LINK_SIZE,), by the curve that the mechanism declares for paths, where a crank angle
-    has this cosine and sine.
-    """
-    curve(shape, cosine, sine, out)
+def fill_link(curve, shape, angle, out, link):
+    """Fill the pose of the `link` (LINK_SIZE,) at a crank angle, by the curve that the mechanism declares for paths."""
+    curve(shape, math.cos(angle), math.sin(angle), out)
     for k in range(6):
         link[k] = out[k]
     # u = exp(i phi), so that phi' = u x u' and phi'' = u x u''
     ux, uy = out[6], out[7]
     link[ANGLE] = math.atan2(uy, ux)
     link[ANGLE_1], link[ANGLE_2] = ux * out[9] - uy * out[8], ux * out[11] - uy * out[10]
-
-
-@subroutine()
-def fill_link(curve, shape, angle, out, link):
-    """Fill the pose of the `link` at a crank angle."""
-    fill_link_at(curve, shape, math.cos(angle), math.sin(angle), out, link)

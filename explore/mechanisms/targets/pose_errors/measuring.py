@@ -9,7 +9,7 @@ from numba import types
 from explore.base.compiling import compiled
 from explore.base.lanes.disturbance import DISTURBANCE
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, LEAST_BEND, TURN
+from explore.mechanisms.targets.path_errors.curve import CURVE, CURVE_SIZE, LEAST_BEND, ROWS, TURN
 from explore.mechanisms.targets.path_errors.measuring import place_points
 from explore.mechanisms.targets.path_errors.ordering import (
     IntArray,
@@ -71,8 +71,9 @@ class _Buffers(NamedTuple):
 @subroutine(allocates=True)
 def _allocate_buffers(n, size):
     return _Buffers(
-        np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3), make_chords(), make_search(n, MOST_CHORDS), np.empty(n),
-        np.empty(n + 1, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(size), np.empty(LINK_SIZE), np.empty(3),
+        np.empty(CURVE_SIZE), np.empty(LINK_SIZE), np.empty(3), make_chords(size), make_search(n, MOST_CHORDS),
+        np.empty(n), np.empty(n + 1, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(size),
+        np.empty(LINK_SIZE), np.empty(3),
     )  # fmt: skip
 
 
@@ -118,14 +119,14 @@ def _sum_squares(curve, shape, poses, lever, buffers):
 
 
 @subroutine()
-def _find_angles(curve, shape, poses, lever, is_ordered, buffers, own):
+def _find_angles(curve, rows_of_curve, shape, poses, lever, is_ordered, buffers, own):
     """Fill the best crank angles of poses, by their numbers.
 
     The sum of squares over chords is nearly below that of all angles. Where it is below that of those that are found,
     angles at which chords start are compared, which no angles between may be near.
     """
     chords, search = buffers.chords, buffers.search
-    count = fill_chords(curve, shape, lever, chords)
+    count = fill_chords(curve, rows_of_curve, shape, lever, chords)
     fill_distances(poses, lever, chords, count, search.distances)
     bound, leader = _choose_chords(count, is_ordered, search), search.order[0]
     for i in range(len(poses)):
@@ -189,8 +190,8 @@ def _measure(curve, shape, poses, lever, angles, pose, buffers, measures):
     measures[RMS_ROUNDING] = math.sqrt(measures[RMS_ROUNDING] / len(poses))
 
 
-@compiled(types.void(CURVE, _F2, _F2, types.float64, types.boolean, _F2, _F2), allocates=True)
-def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
+@compiled(types.void(CURVE, ROWS, _F2, _F2, types.float64, types.boolean, _F2, _F2), allocates=True)
+def measure_poses(curve, rows_of_curve, designs, poses, lever, is_ordered, measures, angles):
     """Measure designs against poses that the crank takes the body through.
 
     `designs` (n, p) have what the mechanism's compiled `curve` takes, then the pose; one whose first number is NaN has
@@ -208,6 +209,6 @@ def measure_poses(curve, designs, poses, lever, is_ordered, measures, angles):
             continue
         shape, pose = designs[k, :size], designs[k, size:]
         _place_poses(poses, pose, placed)
-        _find_angles(curve, shape, placed, lever, is_ordered, buffers, own)
+        _find_angles(curve, rows_of_curve, shape, placed, lever, is_ordered, buffers, own)
         _measure(curve, shape, placed, lever, own, pose, buffers, measures[k])
         measures[k, SPAN] = own.max() - own.min()

@@ -52,7 +52,8 @@ def measure_posed(motion: Motion, target: PosesTarget, table: FloatArray) -> Mea
     """Measures, shape (n, N_MEASURES), and crank angles of designs: inputs of the motion, then poses."""
     designs = np.hstack(shapes_and_rest(motion, table))
     found = np.empty((len(designs), N_MEASURES)), np.empty((len(designs), len(target.poses)))
-    measure_poses(motion.function(), designs, _poses(target), target.length, target.order == "given", *found)
+    functions, in_order = (motion.function(), motion.function_of_rows()), target.order == "given"
+    measure_poses(*functions, designs, _poses(target), target.length, in_order, *found)
     return found
 
 
