@@ -202,34 +202,75 @@ def test_metrics_of_a_block_share_its_measures(monkeypatch):
     assert len(calls) == 2, "the order of the points and the traced path, each once"
 
 
+def curve(angles):
+    """The path of a point at crank angles, deg, (n, 2)."""
+    motion = explore.simulate("crank-rocker", LENGTHS, points={"M": (40, 25)}, angles=angles)
+    return motion[["M_x", "M_y"]].to_numpy()
+
+
+def shapes_of_path(closed, noise):
+    """A path beside that curve, its shape metrics and span, and the crank angles of its points, deg."""
+    design, rng = LENGTHS | {"M_along": 40, "M_across": 25}, np.random.default_rng(8)
+    path = curve(np.arange(0, 360, 24.0) if closed else np.arange(40, 200, 10.0))
+    path = path + rng.normal(0.0, noise, path.shape)
+    names = ["path_error_hausdorff", "path_error_chamfer", "path_crank_span"]
+    target = {"kind": "path", "points": path.tolist(), "closed": closed}
+    found = explore.evaluate("crank-rocker", design, points="M", target=target, metrics=names)
+    mechanism = find_mechanism("crank-rocker", ("M",), target)
+    columns = [np.array([design.get(name, default)], dtype=float) for name, default in (
+        *((name, None) for name in LENGTHS), ("branch", 1), ("M_along", None), ("M_across", None),
+        ("transmission_angle_min", 1), ("crank_pivot_x", 0), ("crank_pivot_y", 0), ("ground_angle", 0),
+    )]  # fmt: skip
+    motion = mechanism.targets["path"].formulas.motion_of("M")
+    return path, found, np.degrees(measure_paths(motion, mechanism.target, tuple(columns))[1][0])
+
+
+@pytest.mark.parametrize("noise", [2.0, 200.0])
+@pytest.mark.parametrize("closed", [True, False])
+def test_shapes_are_those_of_all_chords(closed, noise):
+    """Near the curve most chords are skipped, far from it few are."""
+    path, found, angles = shapes_of_path(closed, noise)
+    first, span = angles.min(), 360.0 if closed else np.ptp(angles)
+    traced = curve(np.linspace(first, first + span, 257))
+    ends = np.vstack([path, path[:1]]) if closed else path
+    sides = [np.linalg.norm(last - first) for first, last in itertools.pairwise(ends)]
+    polygon = [ends[:1]]
+    for one, other, side in zip(ends, ends[1:], sides, strict=False):
+        parts = 1 + int(256 * side / sum(sides))
+        polygon.append(one + np.arange(1, parts + 1)[:, None] / parts * (other - one))
+    polygon = np.vstack(polygon)
+
+    def distances(places, line):
+        along = np.diff(line, axis=0)
+        share = ((places[:, None] - line[:-1]) * along).sum(axis=2) / (along**2).sum(axis=1)
+        return np.linalg.norm(places[:, None] - line[:-1] - np.clip(share, 0, 1)[..., None] * along, axis=2).min(axis=1)
+
+    def mean(line, other):
+        return np.average(
+            distances(0.5 * (line[1:] + line[:-1]), other), weights=np.linalg.norm(np.diff(line, axis=0), axis=1)
+        )
+
+    middles = [distances(0.5 * (a[1:] + a[:-1]), b) for a, b in ((polygon, traced), (traced, polygon))]
+    largest = max(
+        *(each.max() for each in middles), distances(path, traced).max(), *distances(traced[[0, -1]], polygon)
+    )
+    # roundings of crank angles, by which the curve moves 1e-14 of its size
+    assert found["path_error_hausdorff"][0] == pytest.approx(largest, rel=1e-12)
+    assert found["path_error_chamfer"][0] == pytest.approx(
+        0.5 * (mean(polygon, traced) + mean(traced, polygon)), rel=1e-12
+    )
+
+
 @pytest.mark.parametrize("closed", [True, False])
 def test_hausdorff_and_chamfer(closed):
     """Of a curve and a path beside it, against both sampled densely; the traced arc ends where the path does."""
-    design = LENGTHS | {"M_along": 40, "M_across": 25}
-
-    def curve(angles):
-        motion = explore.simulate("crank-rocker", LENGTHS, points={"M": (40, 25)}, angles=angles)
-        return motion[["M_x", "M_y"]].to_numpy()
-
-    rng = np.random.default_rng(8)
-    path = curve(np.arange(0, 360, 24.0) if closed else np.arange(40, 200, 10.0))
-    path = path + rng.normal(0.0, 2.0, path.shape)
-    names = ["path_error_hausdorff", "path_error_chamfer"]
-    target = {"kind": "path", "points": path.tolist(), "closed": closed}
-    found = explore.evaluate("crank-rocker", design, points="M", target=target, metrics=[*names, "path_crank_span"])
+    path, found, angles = shapes_of_path(closed, 2.0)
     corners = np.vstack([path, path[:1]]) if closed else path
     share = np.linspace(0.0, 1.0, 200)[:, None]
     polygon = np.vstack([first + share * (last - first) for first, last in itertools.pairwise(corners)])
     if closed:
         traced = curve(np.arange(0, 360, 0.05))
     else:
-        mechanism = find_mechanism("crank-rocker", ("M",), target)
-        columns = [np.array([design.get(name, default)], dtype=float) for name, default in (
-            *((name, None) for name in LENGTHS), ("branch", 1), ("M_along", None), ("M_across", None),
-            ("transmission_angle_min", 1), ("crank_pivot_x", 0), ("crank_pivot_y", 0), ("ground_angle", 0),
-        )]  # fmt: skip
-        motion = mechanism.targets["path"].formulas.motion_of("M")
-        angles = np.degrees(measure_paths(motion, mechanism.target, tuple(columns))[1][0])
         assert np.ptp(angles) == pytest.approx(found["path_crank_span"][0])
         traced = curve(np.linspace(angles.min(), angles.max(), 5000))
     there, _ = cKDTree(traced).query(polygon)

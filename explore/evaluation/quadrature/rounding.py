@@ -29,8 +29,9 @@ def fill_roundings(disturbed_fill, sizes, tables, w, anchor, law, variant, count
     """
     rows, used = sizes.rows, (count + STRIDE - 1) // STRIDE
     for j in range(used):
+        few, tangents = tile.few_tangents[j * LANES :], tile.tangents[_node(j, used, count) * LANES :]
         for lane in range(LANES):
-            tile.few_tangents[j * LANES + lane] = tile.tangents[_node(j, used, count) * LANES + lane]
+            few[lane] = tangents[lane]
     disturbed_fill(
         tile.constants, tile.few_tangents, anchor, law, variant, used, tables.needs[w], tile.disturbed
     )  # fmt: skip

@@ -101,8 +101,9 @@ def turn_nodes(shape, count, tangents):
     for lane in range(LANES):
         turned += abs(shape[TILE_TURNED + lane])
     for j in range(count if turned > 0.0 else 0):
+        row = tangents[j * LANES :]
         for lane in range(LANES):
-            tangents[j * LANES + lane] = turn_by(tangents[j * LANES + lane], shape[TILE_TURNED + lane])
+            row[lane] = turn_by(row[lane], shape[TILE_TURNED + lane])
 
 
 @subroutine(inlined=True)

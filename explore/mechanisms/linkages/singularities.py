@@ -150,12 +150,13 @@ def _fold_samples(function, size, slopes, work):
     for j in range(_QUARTER + 1):
         first, second = function[j * size :], function[(j + _HALF + 1) * size :]
         third, fourth = function[(_HALF - j) * size :], function[(2 * _HALF + 1 - j) * size :]
+        slope1, slope2, slope3, slope4 = first[slopes:], second[slopes:], third[slopes:], fourth[slopes:]
         # the first and the last are two angles, each twice
         share, to = 0.5 if j % _QUARTER == 0 else 1.0, work[(_SAMPLES + _SAMPLE_ROWS * j) * LANES :]
         for lane in range(LANES):
             f1, f2, f3, f4 = 1.0 / first[lane], 1.0 / second[lane], 1.0 / third[lane], 1.0 / fourth[lane]
-            g1, g2 = -first[slopes + lane] * f1 * f1, -second[slopes + lane] * f2 * f2
-            g3, g4 = -third[slopes + lane] * f3 * f3, -fourth[slopes + lane] * f4 * f4
+            g1, g2 = -slope1[lane] * f1 * f1, -slope2[lane] * f2 * f2
+            g3, g4 = -slope3[lane] * f3 * f3, -slope4[lane] * f4 * f4
             f1, f2, f3, f4 = f1 + f2, f1 - f2, f3 + f4, f3 - f4
             g1, g2, g3, g4 = g1 + g2, g1 - g2, g3 + g4, g3 - g4
             to[lane], to[LANES + lane] = share * (f1 + f3), share * (f1 - f3)

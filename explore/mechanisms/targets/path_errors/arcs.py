@@ -70,9 +70,12 @@ def fill_arcs(curve, rows_of_curve, shape, arcs):
     """Fill arcs of equal turns of the crank, divided where the curve is not nearly their cubic; return their number."""
     fill_rows(rows_of_curve, shape, arcs.rays, arcs.shapes, arcs.rows)
     for k in range(FEW_ARCS):
-        arcs.corners[ANGLE, k], first = k * (TURN / FEW_ARCS), k // LANES * LANES * CURVE_SIZE + k % LANES
+        arcs.corners[ANGLE, k] = k * (TURN / FEW_ARCS)
+    for first in range(0, FEW_ARCS, LANES):
         for row in range(4):
-            arcs.corners[X + row, k] = arcs.rows[first + row * LANES]
+            own, rows = arcs.corners[X + row, first:], arcs.rows[first * CURVE_SIZE + row * LANES :]
+            for lane in range(LANES):
+                own[lane] = rows[lane]
     for row in range(5):
         arcs.corners[row, FEW_ARCS] = arcs.corners[row, 0]
     arcs.corners[ANGLE, FEW_ARCS] = TURN

@@ -65,7 +65,7 @@ def _measure_traced(motion: Motion, target: PathTarget, table: FloatArray) -> Me
     """Measures of the curves that designs trace against the polygon of a target, shape (n, N_SHAPES), and angles."""
     _, angles, designs = measure_paths(motion, target, tuple(table.T))
     found = np.empty((len(angles), N_SHAPES))
-    measure_shapes(motion.function(), designs, _arrays(target)[0], target.closed, angles, found)
+    measure_shapes(motion.function_of_rows(), designs, _arrays(target)[0], target.closed, angles, found)
     return found, angles
 
 

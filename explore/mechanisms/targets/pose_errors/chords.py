@@ -94,10 +94,10 @@ def _fill_corners(rows, first, corners):
     """Fill LANES corners from the first on, from their rows of the curve."""
     stop = first + LANES
     _fill_angles(rows, corners[_ANGLE, first:stop], corners[_ANGLE_1, first:stop])
-    for lane in range(LANES):
-        corners[_PART, first + lane] = first + lane
-        corners[_X, first + lane], corners[_Y, first + lane] = rows[lane], rows[LANES + lane]
-        corners[_X_1, first + lane], corners[_Y_1, first + lane] = rows[2 * LANES + lane], rows[3 * LANES + lane]
+    for row, number in ((_X, 0), (_Y, 1), (_X_1, 2), (_Y_1, 3)):
+        own, numbers = corners[row, first:], rows[number * LANES :]
+        for lane in range(LANES):
+            own[lane] = numbers[lane]
 
 
 @subroutine(fast=True, no_alias=True)
@@ -146,7 +146,8 @@ def fill_chords(curve, rows_of_curve, shape, lever, chords):
         _fill_corners(chords.rows[first * CURVE_SIZE :], first, corners)
     for row in range(7):
         corners[row, FEW_CHORDS] = corners[row, 0]
-    corners[_PART, FEW_CHORDS] = FEW_CHORDS
+    for k in range(FEW_CHORDS + 1):
+        corners[_PART, k] = k
     count, length = FEW_CHORDS, _lay(FEW_CHORDS, lever, chords)
     for _ in range(_MOST_DIVISIONS):
         more = _divide(curve, shape, count, (_CURVED * length) ** 2, chords)
