@@ -146,6 +146,7 @@ def test_convexity_tilt_and_ratios_are_those_of_dense_samples_from_both_sides(or
         pytest.param(1.0449209757690749, 1.64558833989742, 3, id="two-dips-nearly-as-low"),
         pytest.param(971645136.86374152, 0.0083212436321042881, 2, id="a-lower-dip-between-steps"),
         pytest.param(2.6704805548523459e18, 4.5675819504279218, 2, id="terms-that-cancel"),
+        pytest.param(1.3140240104727432, 0.6781208638554458, 1, id="a-dip-within-a-step"),
     ],
 )
 def test_least_convexities_by_the_logarithm_of_the_ratio(growth, sector, order):

@@ -127,7 +127,7 @@ GEARS = Mechanism(
     | {("ratio_acceleration", "cycle")},
     default_metrics={"": _DEFAULT_METRICS},
     objectives=("drive_ratio_max:max", "tangent_tilt_max:min", "convexity_driven:max"),
-    kernel_version="15",
+    kernel_version="16",
     n_constants=Row.STATUS,
     rows=Row,
     signal_rows=columns.SIGNAL_ROWS,

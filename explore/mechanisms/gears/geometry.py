@@ -23,16 +23,18 @@ from explore.mechanisms.gears.columns import (
     START,
 )
 from explore.mechanisms.gears.law import ratio_at
-from explore.mechanisms.gears.smoothstep_law import smoothstep_bend, steepness
-from explore.mechanisms.golden import least_of
+from explore.mechanisms.gears.smoothstep_law import smoothstep_bend, smoothstep_logarithm, steepness
 
-# Quantities that `_least_in_return` searches: the convexities of both gears, and minus the tangent of the tilt.
+# Quantities whose least value in the return is looked for: the convexities of both gears, and minus the tangent of the
+# tilt.
 _DRIVER, _DRIVEN, _TILT = range(3)
 
-#: Number of steps of the grid over the return sector.
+#: Number of steps of the grid over the return sector, at which slopes are compared.
 _GRID = 64
-#: Number of golden sections about a lowest angle of the grid.
-_SECTIONS = 50
+#: Largest number of steps to an angle where a slope is 0; bisection alone would take 34.
+_MOST_STEPS = 60
+#: Accepted error of such an angle, over a step of the grid: values there are off by its square.
+_ACCEPTED = 1e-8
 
 
 @subroutine(no_alias=True)
@@ -104,7 +106,7 @@ def extremes_of_ratio(constants, lane):
 
 @subroutine()
 def _measure(constants, lane, angle, quantity):
-    """One of the quantities that `_least_in_return` searches."""
+    """One of the quantities in the return sector."""
     ratio, rate, acceleration = ratio_at(constants, lane, angle, True)
     if quantity == _DRIVER:
         return 1.0 + ratio + acceleration
@@ -115,14 +117,83 @@ def _measure(constants, lane, angle, quantity):
     return -abs(rate) / (1.0 + ratio)
 
 
-#: Search for the least `_measure`, also where nothing rises beside it.
-_least = least_of(_measure, _SECTIONS, -1.0)
+@subroutine(inlined=True)
+def _slopes(constants, lane, angle):
+    """Numbers of the signs of the slopes of all quantities at an angle in the return sector, and their derivatives.
+
+    With the derivatives u1 to u4 of ln i they are (1 + u1^2 + 3 u2) u1 + u3 and u1 - i (2 u1 u2 + u3), both slopes over
+    i, and u1^2 + (1 + i) u2 against the sign of u1.
+    """
+    beyond = angle - constants[SECTOR_ANGLE * LANES + lane]
+    ratio, u1, u2, u3, u4 = smoothstep_logarithm(constants, lane, beyond)
+    driver, driven, tilt = u1 * (1.0 + u1 * u1 + 3.0 * u2) + u3, 2.0 * u1 * u2 + u3, u1 * u1 + (1.0 + ratio) * u2
+    of_driver = u2 * (1.0 + 3.0 * (u1 * u1 + u2)) + 3.0 * u1 * u3 + u4
+    of_driven = u2 - ratio * (u1 * driven + 2.0 * (u2 * u2 + u1 * u3) + u4)
+    of_tilt, sign = (2.0 + ratio) * u1 * u2 + (1.0 + ratio) * u3, -1.0 if u1 > 0.0 else 1.0
+    return driver, u1 - ratio * driven, sign * tilt, of_driver, of_driven, sign * of_tilt
 
 
 @subroutine()
-def _least_in_return(constants, lane, quantity):
-    """The least value of a quantity in the return sector of a log-smoothstep law."""
-    return _least(constants, lane, constants[SECTOR_ANGLE * LANES + lane], 2.0 * math.pi, _GRID, quantity)
+def _zero_between(constants, lane, low, high, at_low, at_high, which):
+    """The angle between two where one of the slopes, or of their derivatives, is 0, by the secants of a bracket.
+
+    The number at an end that stays is halved (the Illinois method).
+    """
+    allowed, angle, is_lower, stays = _ACCEPTED * (high - low), low, at_low < 0.0, 0
+    for _ in range(_MOST_STEPS):
+        angle, last = (low * at_high - high * at_low) / (at_high - at_low), angle
+        at = _slopes(constants, lane, angle)[which]
+        if abs(angle - last) <= allowed:
+            break
+        if (at < 0.0) == is_lower:
+            low, at_low, at_high, stays = angle, at, 0.5 * at_high if stays == 1 else at_high, 1
+        else:
+            high, at_high, at_low, stays = angle, at, 0.5 * at_low if stays == -1 else at_low, -1
+    return angle
+
+
+@subroutine()
+def _least_between(constants, lane, low, high, before, after, quantity):
+    """The least value of a quantity where its slope is 0 between two steps of the grid; infinity if it is not.
+
+    Two zeros between them have one of the slope's derivative.
+    """
+    at_low, at_high, derivative = before[quantity], after[quantity], quantity + 3
+    if (at_low < 0.0) == (at_high < 0.0):
+        sign = -1.0 if at_low < 0.0 else 1.0
+        if not (sign * before[derivative] < 0.0 < sign * after[derivative]):
+            return math.inf
+        middle = _zero_between(constants, lane, low, high, before[derivative], after[derivative], derivative)
+        at_middle = _slopes(constants, lane, middle)[quantity]
+        if sign * at_middle >= 0.0:
+            return math.inf
+        low, at_low, high, at_high = (
+            (middle, at_middle, high, at_high) if sign > 0.0 else (low, at_low, middle, at_middle)
+        )
+    if at_low >= 0.0:
+        return math.inf
+    return _measure(constants, lane, _zero_between(constants, lane, low, high, at_low, at_high, quantity), quantity)
+
+
+@subroutine()
+def _least_in_return(constants, lane):
+    """The least values of all quantities in the return sector of a log-smoothstep law: at its ends or between them."""
+    start = constants[SECTOR_ANGLE * LANES + lane]
+    step = (2.0 * math.pi - start) / _GRID
+    least_driver, least_driven, least_tilt = (
+        min(_measure(constants, lane, start, _DRIVER), _measure(constants, lane, 2.0 * math.pi, _DRIVER)),
+        min(_measure(constants, lane, start, _DRIVEN), _measure(constants, lane, 2.0 * math.pi, _DRIVEN)),
+        min(_measure(constants, lane, start, _TILT), _measure(constants, lane, 2.0 * math.pi, _TILT)),
+    )
+    low, before = start, _slopes(constants, lane, start)
+    for j in range(1, _GRID + 1):
+        high = start + j * step
+        after = _slopes(constants, lane, high)
+        least_driver = min(least_driver, _least_between(constants, lane, low, high, before, after, _DRIVER))
+        least_driven = min(least_driven, _least_between(constants, lane, low, high, before, after, _DRIVEN))
+        least_tilt = min(least_tilt, _least_between(constants, lane, low, high, before, after, _TILT))
+        low, before = high, after
+    return least_driver, least_driven, least_tilt
 
 
 @subroutine()
@@ -143,7 +214,7 @@ def least_convexities(constants, lane):
         driven = 1.0 + lowest * (1.0 - amplitude * square)
         tangent = math.sqrt(amplitude * square) * math.sqrt(amplitude / ((1.0 + lowest) * (1.0 + highest)))
     else:
-        driver, driven = _least_in_return(constants, lane, _DRIVER), _least_in_return(constants, lane, _DRIVEN)
-        tangent = -_least_in_return(constants, lane, _TILT)
+        driver, driven, least = _least_in_return(constants, lane)
+        tangent = -least
     driver = min(driver, 1.0 + end * (1.0 + log_growth * log_growth))
     return driver, driven, math.atan(tangent)

@@ -193,16 +193,38 @@ def _fill_return_angles(constants, tangents, anchor, out):
         out[columns.DRIVEN_ANGLE * LANES + lane] = sine_driven_angle(constants, lane, beyond)
 
 
+@subroutine(no_alias=True)
+def _fill_smoothstep_ratios(constants, tangents, anchor, out):
+    """Replace the ratio in the return sector of lanes with a smoothstep law."""
+    for lane in range(LANES):
+        is_smooth = constants[columns.ORDER * LANES + lane] > 0.0
+        ratio, rate = out[columns.RATIO * LANES + lane], out[columns.RATIO_RATE * LANES + lane]
+        acceleration = out[columns.RATIO_ACCELERATION * LANES + lane]
+        own = smoothstep_ratio(constants, lane, _angle_beyond(constants, tangents, lane, anchor))
+        ratio, rate = own[0] if is_smooth else ratio, own[1] if is_smooth else rate
+        _put_ratio(out, lane, ratio, rate, own[2] if is_smooth else acceleration)
+
+
 @subroutine()
-def _fill_smoothstep(constants, tangents, anchor, needs_angle, out):
-    """Replace ratio and driven angle in the return sector of lanes with a smoothstep law."""
+def _fill_smoothstep_angles(constants, tangents, anchor, out):
+    """Replace the driven angle in the return sector of lanes with a smoothstep law."""
     for lane in range(LANES):
         if constants[columns.ORDER * LANES + lane] > 0.0:
             beyond = _angle_beyond(constants, tangents, lane, anchor)
-            ratio, rate, acceleration = smoothstep_ratio(constants, lane, beyond)
-            _put_ratio(out, lane, ratio, rate, acceleration)
-            if needs_angle:
-                out[columns.DRIVEN_ANGLE * LANES + lane] = smoothstep_driven_angle(constants, lane, beyond)
+            out[columns.DRIVEN_ANGLE * LANES + lane] = smoothstep_driven_angle(constants, lane, beyond)
+
+
+@subroutine()
+def _fill_return(constants, tangents, anchor, smooth_lanes, needs_angle, out):
+    """Fill ratio and driven angle in the return sector, where so many lanes have a smoothstep law."""
+    if smooth_lanes < LANES:
+        _fill_return_ratios(constants, tangents, anchor, out)
+        if needs_angle:
+            _fill_return_angles(constants, tangents, anchor, out)
+    if smooth_lanes > 0:
+        _fill_smoothstep_ratios(constants, tangents, anchor, out)
+        if needs_angle:
+            _fill_smoothstep_angles(constants, tangents, anchor, out)
 
 
 @subroutine(no_alias=True)
@@ -240,14 +262,13 @@ def _fill_trains(constants, tangents, anchor, is_return, needs, out):
 @compiled(FILL_SIGNATURE)
 def fill(constants, tangents, anchor, law, _variant, count, needs, out):
     """Fill the signals, in rad and mm; law 0 is the working sector, 1 the return; see `Mechanism.fill`."""
-    needs_angle = needs & (columns.ANGLES | columns.DRIVE | columns.JOINTS) != 0
+    needs_angle, smooth_lanes = needs & (columns.ANGLES | columns.DRIVE | columns.JOINTS) != 0, 0
+    for lane in range(LANES):
+        smooth_lanes += 1 if constants[columns.ORDER * LANES + lane] > 0.0 else 0
     for j in range(count):
         node, signals = tangents[j * LANES :], out[j * columns.SIGNAL_ROWS * LANES :]
         if law == 1:
-            _fill_return_ratios(constants, node, anchor, signals)
-            if needs_angle:
-                _fill_return_angles(constants, node, anchor, signals)
-            _fill_smoothstep(constants, node, anchor, needs_angle, signals)
+            _fill_return(constants, node, anchor, smooth_lanes, needs_angle, signals)
         else:
             _fill_working_ratios(constants, node, anchor, signals)
             if needs_angle:

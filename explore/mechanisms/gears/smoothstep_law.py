@@ -35,27 +35,23 @@ _MOST_STEPS = 60
 _LAST_STEP = 1e-7
 
 
-@subroutine()
+@subroutine(inlined=True)
 def steepness(order):
     """The factor c of the smoothstep's slope."""
     return 6.0 if order == 1.0 else 30.0 if order == 2.0 else 140.0
 
 
-@subroutine()
+@subroutine(inlined=True)
 def _smoothstep(sigma, order):
-    """The smoothstep of an order at sigma, and its first and second derivatives."""
+    """The smoothstep of an order at sigma, and its first and second derivatives, without branches."""
     p, c, turn = sigma * (1.0 - sigma), steepness(order), 1.0 - 2.0 * sigma
     # by the end that is nearer, where terms of the polynomial would cancel
-    low = min(sigma, 1.0 - sigma)
-    if order == 1.0:
-        value, slope, bend = low * low * (3.0 - 2.0 * low), c * p, c * turn
-    elif order == 2.0:
-        value = low * low * low * (10.0 + low * (6.0 * low - 15.0))
-        slope, bend = c * p * p, 2.0 * c * p * turn
-    else:
-        value = low * low * low * low * (35.0 + low * (low * (70.0 - 20.0 * low) - 84.0))
-        slope, bend = c * p * p * p, 3.0 * c * p * p * turn
-    return value if low == sigma else 1.0 - value, slope, bend
+    low = sigma if sigma < 1.0 - sigma else 1.0 - sigma
+    first, second = low * low * (3.0 - 2.0 * low), low * low * low * (10.0 + low * (6.0 * low - 15.0))
+    third = low * low * low * low * (35.0 + low * (low * (70.0 - 20.0 * low) - 84.0))
+    value = first if order == 1.0 else second if order == 2.0 else third
+    power = 1.0 if order == 1.0 else p if order == 2.0 else p * p
+    return value if low == sigma else 1.0 - value, c * p * power, order * c * power * turn
 
 
 @subroutine(fast=True)
@@ -98,7 +94,7 @@ def solve_smoothstep_law(constants, lane):
     constants[DRIVEN_SECTOR * LANES + lane] = constant * working
 
 
-@subroutine()
+@subroutine(inlined=True)
 def smoothstep_ratio(constants, lane, beyond):
     """The ratio at an angle beyond the end of the working sector, and its first and second derivatives by the angle."""
     log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
@@ -107,6 +103,23 @@ def smoothstep_ratio(constants, lane, beyond):
     ratio = constants[START * LANES + lane] * exponential(log_growth * (2.0 * math.pi * value - (sector + beyond)))
     rate = log_growth * (2.0 * math.pi * slope / width - 1.0)
     return ratio, ratio * rate, ratio * (rate * rate + 2.0 * math.pi * log_growth * bend / (width * width))
+
+
+@subroutine(inlined=True)
+def smoothstep_logarithm(constants, lane, beyond):
+    """The ratio at an angle beyond the end of the working sector, and four derivatives of its logarithm."""
+    log_growth, sector = constants[LOG_GROWTH * LANES + lane], constants[SECTOR_ANGLE * LANES + lane]
+    width, order = 2.0 * math.pi - sector, constants[ORDER * LANES + lane]
+    sigma, c = beyond / width, steepness(order)
+    value, slope, bend = _smoothstep(sigma, order)
+    p, turn = sigma * (1.0 - sigma), 1.0 - 2.0 * sigma
+    square = turn * turn
+    third = -2.0 if order == 1.0 else 2.0 * (square - 2.0 * p) if order == 2.0 else 6.0 * p * (square - p)
+    fourth = 0.0 if order == 1.0 else -12.0 * turn if order == 2.0 else 6.0 * turn * (square - 6.0 * p)
+    ratio = constants[START * LANES + lane] * exponential(log_growth * (2.0 * math.pi * value - (sector + beyond)))
+    factor, over = 2.0 * math.pi * log_growth / width, 1.0 / width
+    third, fourth = factor * c * third * over * over, factor * c * fourth * over * over * over
+    return ratio, factor * slope - log_growth, factor * bend * over, third, fourth
 
 
 @subroutine()
