@@ -12,7 +12,7 @@ from explore.base.compiling import LANES
 from explore.evaluation.quadrature.equispaced import has_left_panel
 from explore.evaluation.quadrature.panels import PANELS_SIZE
 from explore.evaluation.quadrature.senses import leave_other_senses
-from explore.evaluation.quadrature.zeros import code_of_sense
+from explore.evaluation.quadrature.single_cuts import code_of_sense
 from explore.model.status import Status
 
 ROWS, NODES = 3, 4

@@ -22,9 +22,9 @@ from explore.evaluation.quadrature.panels import (
 )
 from explore.evaluation.quadrature.pieces import open_pieces
 from explore.evaluation.quadrature.resolving import open_turns
+from explore.evaluation.quadrature.single_cuts import cut_at_corners
 from explore.evaluation.quadrature.slots import CLUTCH, FLUCTUATION, KIND, ROOT_MEAN
 from explore.evaluation.quadrature.windows import INTERVAL, TURN
-from explore.evaluation.quadrature.zeros import cut_at_corners
 
 #: Natural logarithm of the tolerance over the modelled error at the first node count: room for rounding.
 HEADROOM = 0.5

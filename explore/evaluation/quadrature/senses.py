@@ -12,8 +12,8 @@ from explore.evaluation.quadrature.chunks import sort_by_rule
 from explore.evaluation.quadrature.equispaced import leave_panel
 from explore.evaluation.quadrature.panels import ANCHOR, COUNT, LAW, VARIANT
 from explore.evaluation.quadrature.pieces import PIECE_COUNTS
+from explore.evaluation.quadrature.single_cuts import code_of_sense
 from explore.evaluation.quadrature.tiles import TILE_CENTRE, take_panels
-from explore.evaluation.quadrature.zeros import code_of_sense
 
 
 @subroutine()
