@@ -20,10 +20,10 @@ STEP = 1e-4
 #: Half-tangent of a distance over that of the nearest zero, up to which both are of one zero.
 _SAME = 1.3
 # Rows of the search: the function, -1 for none; both ends of the cell of its minimum, rad; the best angle and the one
-# before, and the slopes there.
-_FUNCTION, _LOW, _HIGH, _ANGLE, _BEFORE, _SLOPE, _SLOPE_BEFORE = (row * LANES for row in range(7))
+# before, and the slope there; the excesses of the nearest minimum and of the next one.
+_FUNCTION, _LOW, _HIGH, _ANGLE, _BEFORE, _SLOPE_BEFORE, _NEAREST, _SECOND = (row * LANES for row in range(8))
 #: Size of the search.
-SEARCH_SIZE = 7 * LANES
+SEARCH_SIZE = 8 * LANES
 #: Type of an array of numbers.
 _F1 = "float64[::1]"
 
@@ -57,29 +57,49 @@ def begin_search(values, factors, functions, start, distances, others, search):
 
     Fill the half-tangents of the distances of the zeros above all other minima, at most `NEAR`.
     """
-    size, width, found = (2 * functions + factors) * LANES, math.pi / (NODES - 1), 0
+    size, found = (2 * functions + factors) * LANES, 0
     for lane in range(LANES):
-        search[_FUNCTION + lane], nearest, second = -1.0, math.inf, math.inf
+        search[_FUNCTION + lane], search[_NEAREST + lane], search[_SECOND + lane] = -1.0, math.inf, math.inf
         search[_ANGLE + lane] = search[_BEFORE + lane] = start
-        for k in range(functions * 2 * (NODES - 1) if 0.0 < distances[lane] < NEAR else 0):
-            s, cell = k // (2 * (NODES - 1)), k % (2 * (NODES - 1))
+    for s in range(functions):
+        for cell in range(2 * (NODES - 1)):
             j = cell + cell // (NODES - 1)
-            at = j * size + s * LANES + lane
-            d0, d1 = values[at + functions * LANES], values[at + size + functions * LANES]
-            if not (d0 < 0.0 <= d1):
+            at, below = j * size + s * LANES, j * size + (functions + s) * LANES
+            slopes, following = values[below : below + LANES], values[below + size : below + size + LANES]
+            if _count_rises(slopes, following) == 0:
                 continue
-            excess = _least(values[at], values[at + size], d0, d1, width) * width / (d1 - d0)
-            second = min(second, max(excess, nearest))
-            if excess < nearest:
-                nearest, search[_FUNCTION + lane] = excess, 1.0 * s
-                low = node_angle(start, 2.0 * math.pi, j)
-                search[_LOW + lane], search[_HIGH + lane] = low, low + width
-                search[_BEFORE + lane], search[_SLOPE_BEFORE + lane] = low, d0
-                search[_ANGLE + lane] = low + width * d0 / (d0 - d1)
+            for lane in range(LANES):
+                if 0.0 < distances[lane] < NEAR and slopes[lane] < 0.0 <= following[lane]:
+                    f0, f1, low = values[at + lane], values[at + size + lane], node_angle(start, 2.0 * math.pi, j)
+                    _take_minimum(f0, f1, slopes[lane], following[lane], s, low, lane, search)
+    for lane in range(LANES):
+        second = search[_SECOND + lane]
         others[lane] = min(math.sqrt(second / (2.0 + second)) if second < math.inf else 1.0, NEAR)
         others[lane] = others[lane] if second > 0.0 else 0.0
         found += 1 if search[_FUNCTION + lane] >= 0.0 else 0
     return found
+
+
+@subroutine(no_alias=True)
+def _count_rises(slopes, following):
+    """Number of lanes whose function falls at a node and rises at the next one."""
+    count = 0
+    for lane in range(len(slopes)):
+        count += 1 if (slopes[lane] < 0.0) & (following[lane] >= 0.0) else 0
+    return count
+
+
+@subroutine()
+def _take_minimum(f0, f1, d0, d1, function, low, lane, search):
+    """Take the minimum of a function in a cell, from values and slopes at both ends, if it is the nearest so far."""
+    width = math.pi / (NODES - 1)
+    excess = _least(f0, f1, d0, d1, width) * width / (d1 - d0)
+    search[_SECOND + lane] = min(search[_SECOND + lane], max(excess, search[_NEAREST + lane]))
+    if excess < search[_NEAREST + lane]:
+        search[_NEAREST + lane], search[_FUNCTION + lane] = excess, 1.0 * function
+        search[_LOW + lane], search[_HIGH + lane] = low, low + width
+        search[_BEFORE + lane], search[_SLOPE_BEFORE + lane] = low, d0
+        search[_ANGLE + lane] = low + width * d0 / (d0 - d1)
 
 
 @subroutine(inlined=True)
