@@ -273,6 +273,20 @@ def test_a_value_outside_a_declared_range_is_refused(changes, problems):
     assert name in problem
 
 
+def test_a_tilt_beyond_that_of_a_radius_cannot_be_solved_for(problems):
+    """A pitch curve may come near the direction of its radius, 90 deg from the circumferential one."""
+    entry = '{ solve = "tangent_tilt_max", value = 90.5, min = 1.1, max = 2 }'
+    (problem,) = problems(f'mechanism = "gears"\n[parameters]\ngrowth = {entry}\nsector = 4.2\ncentre_distance = 150\n')
+    assert problem.endswith("tangent_tilt_max is at most 90 deg, got 90.5")
+
+
+def test_a_repeated_design_has_what_the_one_before_it_has():
+    """Not what a lane behind it has, which is not filled yet."""
+    first, other = (np.array([[growth, 4.2, 150.0, 0.0, 1.0, 3.0, 1.0]]).T for growth in (1.5, 1.6))
+    constants = GEARS.constants(np.hstack([first, first, other]))
+    np.testing.assert_array_equal(constants, np.hstack([GEARS.constants(each) for each in (first, first, other)]))
+
+
 def test_a_request_for_ratios_computes_no_pitch_curves():
     """Not in closed form, without nodes; and sampled ratios need a bit that leaves all other rows alone."""
     design = {"growth": 1.5, "sector": 4.2, "centre_distance": 150.0, "phase_shift": 1.0}

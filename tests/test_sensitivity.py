@@ -266,6 +266,16 @@ def test_each_listed_value_has_its_bin():
     assert found.value == pytest.approx(exact, abs=5e-4)
 
 
+def test_a_bin_that_keeps_one_value_without_a_group_has_no_line():
+    """The interval leaves out each group of designs: one in its bin has a value of its own, 15 share another."""
+    x = np.arange(256.0)
+    x[17:32] = 17.0
+    found = first_order(x, x, "random", 0)
+    assert found.n_bins == 16
+    # lines in all bins, so that only rounding is left: 256 squares of at most 1, over a variance of about 1/12
+    assert [found.value, found.low, found.high] == pytest.approx([1.0, 1.0, 1.0], abs=1e-12)
+
+
 def test_too_few_or_equal_values_give_no_index():
     x = np.linspace(0.0, 1.0, 300)
     for found in (first_order(x[:255], x[:255], "random", 0), first_order(x, np.ones(300), "random", 0)):

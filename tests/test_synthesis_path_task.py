@@ -305,6 +305,8 @@ SQUARE = [0, 10, 10 + 10j, 10j]
          "unknown key; a pivot has x and y, such as { x = [-50, 50], y = 0 }"),
         (task_text(SQUARE, "closed = true", "crank_span_min = 90"), "bounds.crank_span_min",
          "is for open paths without crank angles; remove it"),
+        (task_text(SQUARE, bounds="crank_span_min = 360"), "bounds.crank_span_min",
+         "must be at least 0 and below 360 deg, got 360"),
     ],
 )  # fmt: skip
 def test_a_wrong_path_is_one_line(text, key, problem):

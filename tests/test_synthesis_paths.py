@@ -9,7 +9,7 @@ from synthesis_cases import PROBLEMS, points_of, slope_of
 from explore.synthesis.linkages import FourBar
 from explore.synthesis.paths import search
 from explore.synthesis.paths.alignment import close_path, lay_over, lay_over_parts
-from explore.synthesis.paths.atlas import draw_shapes
+from explore.synthesis.paths.atlas import N_STEPS, draw_shapes, even_points
 from explore.synthesis.paths.fitting import fit
 from explore.synthesis.paths.numbers import (
     BODY,
@@ -268,6 +268,15 @@ def missed(count, seed):
 @pytest.mark.parametrize(("count", "seed"), [(5, 14), pytest.param(1000, 15, marks=pytest.mark.slow)])
 def test_planted_linkages_are_recovered(count, seed):
     assert missed(count, seed) <= count // 50
+
+
+def test_points_at_equal_steps_begin_where_the_curve_does():
+    """Of the pin of a crank of 2, whose curve is a polygon of twice as many equal sides as there are steps."""
+    points, lengths = even_points(np.array([[2.0, 5.0, 5.0, 4.0, 0.0, 0.0]]))
+    corners = 2.0 * np.exp(2j * np.pi * np.arange(N_STEPS) / N_STEPS)
+    # rounding of the length, which is a sum of 128 sides
+    np.testing.assert_allclose(points[0], corners, rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(lengths[0], 4.0 * np.sin(np.pi / 128) * np.arange(129), rtol=1e-14)
 
 
 @pytest.mark.parametrize("least_span", [0.0, 2.0])

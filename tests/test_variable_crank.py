@@ -6,6 +6,7 @@ from pathlib import Path
 import mpmath as mp
 import numpy as np
 import pytest
+import scipy
 from exact_groove import ExactGroove
 from exact_loads import assert_signals
 from exact_variable_crank import DIGITS, ExactVariableCrank
@@ -69,6 +70,16 @@ def test_closed_form_of_the_reference(case):
         # the speed in rad/s is rounded, and a few operations follow
         assert row[name] == pytest.approx(float(outputs[key]), rel=2e-15), name
     assert row["crank_outer"] + row["crank_inner"] == pytest.approx(row["stroke"], rel=2e-15)
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_shares_of_the_wanted_speed_are_those_of_smoothsteps(order):
+    """A smoothstep of order n is the regularised incomplete beta function of n + 1 and n + 1."""
+    row = evaluate(hard_design(0.15, 2.1, order), [f"speed_share_{percent}" for percent in (1, 2, 5)])
+    for percent in (1, 2, 5):
+        place = scipy.special.betaincinv(order + 1, order + 1, percent / 200.0)
+        # the width over pi, a sum and two products are rounded, and SciPy's inverse to 1e-15 of 0.2 at most
+        assert row[f"speed_share_{percent}"] == pytest.approx(1.0 - 2.1 / np.pi * (1.0 - 2.0 * place), rel=2e-15)
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
