@@ -77,7 +77,7 @@ class Generations:
         seed: int,
     ) -> None:
         self._coordinates, self._objectives, self._margins = coordinates, tuple(objectives), tuple(margins)
-        self._scales = np.array(scales or [1.0] * len(self._margins))
+        self._scales = np.array(scales)
         self._n_designs, self._size, self._seed = n_designs, size, seed
         self._start = {name: start[name] for name in coordinates.names}
         self._n_start = len(next(iter(start.values())))
