@@ -135,6 +135,16 @@ def test_a_negative_parameter_opposes_nothing():
     assert row["status"].iloc[0] == Status.NOT_FINITE
 
 
+@pytest.mark.parametrize("metrics", [["lever_angle_std", "drive_torque_cv"], ["drive_torque_cv", "lever_angle_std"]])
+def test_what_is_not_finite_stays_so_beside_what_misses_the_tolerance(metrics):
+    """A blank angle, of a lever that turns fully, had the status of values that are kept."""
+    whitworth = CASES["whitworth"]
+    linkage = with_loads(whitworth, {"opposing": {"ram": 1e-3}, "masses": {"S": 2.0}})
+    row = explore.evaluate(linkage, values_of(whitworth), metrics=metrics, window="cycle", tolerance=1e-13).iloc[0]
+    assert row["status"] == Status.NOT_FINITE
+    assert math.isnan(row["error"])
+
+
 def test_a_spring_between_two_links_follows_the_angle_between_them():
     """Its torque by the velocities of both; the crank takes what the links do not."""
     spring = {"between": ["link", "lever"], "rate": 1.5, "rest": -60}

@@ -183,7 +183,8 @@ def _sample(
     result.evaluations = int(np.count_nonzero(active))
     if mechanism.closed_error_row >= 0:
         _add_errors_of_ends(request, metrics, tables, statistics, parameters, closed, result)
-    status[active & ~(result.error <= request.tolerance)] = Status.TOLERANCE_NOT_MET
+    missed = active & ~(result.error <= request.tolerance)
+    status[missed & (status != Status.NOT_FINITE)] = Status.TOLERANCE_NOT_MET  # not where another group lacks one
     not_finite = active & ~np.isfinite(statistics).all(axis=0)
     status[not_finite] = Status.NOT_FINITE
     if not_finite.any():  # extremes of a signal that is finite nowhere are infinite
