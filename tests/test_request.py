@@ -183,6 +183,12 @@ def test_bad_window(window, reason):
     assert reason in problem(window=window)
 
 
+def test_a_bad_interval_says_nothing_false_of_its_metrics():
+    """It said that the window were no interval, or that means over it were 0, as over a full turn."""
+    metrics, window = ["rocker_velocity_mean_interval", "rocker_velocity_cv"], {"from": 350, "to": 20}
+    assert problem(metrics=metrics, window=window).count("\n") == 0
+
+
 def test_metric_names_can_name_only_the_interval_of_the_study():
     interval = problem(metrics=["rocker_velocity_mean_interval"], window={"from": 0, "to": 360})
     assert "the window is no interval but 'cycle'; write rocker_velocity_mean, or a window { from, to }" in interval

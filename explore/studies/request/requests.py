@@ -116,11 +116,13 @@ def resolve_request(mechanism: Mechanism, arguments: RequestArguments) -> tuple[
 
 def _resolve(mechanism: Mechanism, arguments: RequestArguments) -> tuple[Request, Problems]:
     problems: Problems = []
+    is_interval = isinstance(arguments.window, Mapping)
     try:
         window = make_window(mechanism, arguments.window)
     except RequestError as error:
         problems.append((("window",), str(error)))
-        closest = closest_name(str(arguments.window), [window.name for window in mechanism.named_windows])
+        named = [window.name for window in (mechanism.windows if is_interval else mechanism.named_windows)]
+        closest = closest_name("interval" if is_interval else str(arguments.window), named)
         window = mechanism.window(closest or mechanism.default_window)  # so that the metrics can still be checked
     drives, drive = mechanism.drives, mechanism.default_drive if arguments.drive is None else arguments.drive
     if drive not in (drives or ("",)):
