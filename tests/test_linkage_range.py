@@ -14,6 +14,7 @@ from explore.base.errors import ConfigError, MotionError, RequestError
 from explore.figures.charts.mechanism import mechanism_chart
 from explore.figures.charts.motion import motion_chart
 from explore.studies.linkages.content import content_of
+from explore.studies.request.requests import make_request
 
 #: Lengths of a four-bar but for its crank; with one of 55 mm and more it is blocked beyond some angles.
 LENGTHS = {"r2": 80.0, "r3": 50.0, "r4": 100.0}
@@ -68,6 +69,12 @@ def test_a_range_is_the_interval_of_the_linkage_that_turns():
         np.testing.assert_array_equal(limited[f"{name}_range"], turning[name])
     assert limited.attrs["labels"]["status"][1] == "ok"
     assert (limited["status"] == 1).all()
+
+
+def test_what_is_over_an_interval_of_a_range_is_not_said_to_be_over_the_range():
+    mechanism, window = explore.Linkage(LIMITED).mechanism, {"from": 0, "to": 20}
+    request = make_request(mechanism, metrics=["transmission_angle_min_interval"], window=window)
+    assert request.metrics[0].long_name.startswith("smallest transmission angle of all joints, or its supplement")
 
 
 def test_a_part_of_a_range_is_an_interval_at_any_turn():

@@ -217,7 +217,8 @@ def _over_interval(mechanism: Mechanism, name: str, window: Window) -> Formula |
         elif each not in {parameter.name for parameter in mechanism.parameters}:
             return None
         inputs.append(each)
-    words = f"{formula.long_name.replace(' over the turn', '')}, window {_describe_window(window)}"
+    whole = " over the turn" if mechanism.whole_motion.kind == "turn" else " over the range"
+    words = f"{formula.long_name.replace(whole, '')}, window {_describe_window(window)}"
     return replace(formula, name=name, long_name=words, inputs=tuple(inputs))
 
 
