@@ -1,5 +1,6 @@
 """Tables of linkages: what is read from them, and each mistake with its file, line and key."""
 
+import math
 import pickle
 import tomllib
 from pathlib import Path
@@ -11,6 +12,7 @@ from explore.base.errors import ConfigError
 from explore.mechanisms.linkages.steps import find_steps
 from explore.studies.config.linkage import Linkage, load_linkage
 from explore.studies.linkages.branch import two_sided, words_of
+from explore.studies.linkages.coordinates import read_place, value_of
 
 TABLES = {case["name"]: case["table"] for case in REFERENCE["cases"]}
 #: Those that no chain of dyads solves.
@@ -85,6 +87,17 @@ def test_the_shaper_is_read(tmp_path):
     assert (table.driver, table.output, table.signs) == ("crank", "ram", (("block", 1), ("S", 1)))
     units = {parameter.name: parameter.unit for parameter in table.parameters}
     assert units == {"height": "mm", "r": "mm", "l": "mm", "k": "mm", "p": "mm", "turn": "deg", "rise": "mm"}
+
+
+def test_the_angle_of_a_place_has_a_unit_of_angles():
+    """One of 30 mm was 30 deg, and one in deg or rad was refused."""
+    problems = []
+    for angle in (30, "30 deg", f"{math.pi / 6!r} rad"):
+        place = read_place({"radius": "2 mm", "angle": angle}, ("P",), problems)
+        assert [value_of(each, {}) for each in place] == pytest.approx([3**0.5, 1.0], rel=1e-15)
+    assert not problems
+    read_place({"radius": 2, "angle": "30 mm"}, ("P",), problems)
+    assert [key for key, _ in problems] == [("P", "angle")]
 
 
 MISTAKES = tomllib.loads((Path(__file__).parent / "linkage_mistakes.toml").read_text())["mistakes"]

@@ -48,7 +48,10 @@ def _polar(entry: Mapping[str, object], key: KeyPath, problems: Problems) -> Pla
     problems += [(key, f"the key '{word}' is missing; a place is {_FORMS}") for word in missing]
     if unknown or missing:
         return ZERO, ZERO
-    radius, angle = (_coordinate(entry[word], (*key, word), problems) for word in _POLAR)
+    radius, angle = (
+        _coordinate(entry[word], (*key, word), problems, unit=unit)
+        for word, unit in zip(_POLAR, ("mm", "deg"), strict=True)
+    )
     return turned((radius, ZERO), angle, key, problems)
 
 
