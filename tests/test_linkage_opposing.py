@@ -145,6 +145,16 @@ def test_what_is_not_finite_stays_so_beside_what_misses_the_tolerance(metrics):
     assert math.isnan(row["error"])
 
 
+@pytest.mark.parametrize("statistic", ["mean", "power_mean", "rms", "max"])
+def test_statistics_of_a_force_that_is_not_finite_are_blank(statistic):
+    """Means were 0: of a spring on a lever that turns fully."""
+    whitworth, metric = CASES["whitworth"], f"C_force_on_frame_{statistic}"
+    linkage = with_loads(whitworth, {"springs": {"s": {"between": "lever", "rate": 2.0, "rest": 0}}})
+    row = explore.evaluate(linkage, values_of(whitworth), metrics=[metric], window="cycle").iloc[0]
+    assert row["status"] == Status.NOT_FINITE
+    assert math.isnan(row[metric])
+
+
 def test_a_spring_between_two_links_follows_the_angle_between_them():
     """Its torque by the velocities of both; the crank takes what the links do not."""
     spring = {"between": ["link", "lever"], "rate": 1.5, "rest": -60}

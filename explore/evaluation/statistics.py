@@ -95,14 +95,19 @@ def _magnitude_statistic(statistic: str, statistics: FloatArray, slots: Indices)
     """A statistic of a magnitude, from the moments and the maximum of its square."""
     match statistic:
         case "mean":
-            value = statistics[slots[ROOT_MEAN]]
+            value = _where_square_has_mean(statistics[slots[ROOT_MEAN]], statistics, slots)
         case "power_mean":
-            value = statistics[slots[ROOT_POWER_MEAN]] ** 0.3
+            value = _where_square_has_mean(statistics[slots[ROOT_POWER_MEAN]] ** 0.3, statistics, slots)
         case "max":
             value = np.sqrt(statistics[slots[MAXIMUM]])
         case _:
             value = np.sqrt(statistics[slots[MEAN]])
     return np.asarray(value)
+
+
+def _where_square_has_mean(value: FloatArray, statistics: FloatArray, slots: Indices) -> FloatArray:
+    """The value, NaN where the square of the magnitude is NaN: roots of that count as 0."""
+    return np.where(np.isnan(statistics[slots[MEAN]]), np.nan, value)
 
 
 def error_of(metric: SampledMetric, statistics: FloatArray, slots: Indices, value: FloatArray) -> FloatArray:
