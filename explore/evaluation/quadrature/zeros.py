@@ -29,8 +29,8 @@ _TILES_PER_LENGTH = 2.0
 MOST_ZEROS = 64
 #: Number of cuts of a bracket into equal parts from a length of 1 to below rounding.
 _MOST_CUTS = 14
-#: Length of a bracket, in positions, below which it is rounding.
-_ROUNDED_AWAY = 1e-17
+#: Length of a bracket, in positions, up to which it is rounding.
+_ROUNDED_AWAY = 2.0**-52
 #: Distances of crowded cuts from the place of the secant, over the distance of the end of the bracket.
 _CROWDED = 16.0 ** -np.array([*range(1, LANES // 2 + 1), *range(LANES // 2, 0, -1)])
 #: Smallest distance of a zero from other zeros and from the ends of a panel, in t relative to 1 + |t|.
@@ -61,7 +61,7 @@ def fill_inside(fill, needs, panels, k, low, middle, high, tile):
 def _find_zero(fill, needs, row, level, panels, k, low, high, is_above, tile):
     """Position where the row passes a level between `low`, where it is above or not, and `high`."""
     at_low = at_high = middle = math.nan
-    for _ in range(_MOST_CUTS):
+    for _ in range(2 * _MOST_CUTS):  # where no secant helps every other cut is one into equal parts
         fill_inside(fill, needs, panels, k, low, middle, high, tile)
         passed, values = 0, tile.node_signals[row * LANES : (row + 1) * LANES]
         while passed < LANES and (values[passed] > level) == is_above:
@@ -159,12 +159,15 @@ def sample_row(fill, needs, rows, row, terms_row, noise, panels, k, tile):
 
 @subroutine(no_alias=True)
 def _count_marks(before, own, later, level):
-    """Number of samples of a tile that are beyond the level from the one before, or in a dip towards it."""
+    """Number of samples of a tile that are beyond the level from the one before, or in a dip towards it.
+
+    Samples after one that is NaN count, as the first after a gap may be beyond the level.
+    """
     count = 0
     for lane in range(len(own)):
         sign = 1.0 if own[lane] > level else -1.0
         left, value, right = sign * (before[lane] - level), sign * (own[lane] - level), sign * (later[lane] - level)
-        count += 1 if (left <= 0.0) | ((value <= left) & (value <= right)) else 0
+        count += 0 if (left > 0.0) & ((value > left) | (value > right)) else 1
     return count
 
 
