@@ -281,9 +281,10 @@ def make_work_space(sizes: Sizes, n_breaks: int) -> tuple[ChunkWork, TileWork, P
         disturbed=np.empty(rows * few * LANES), parts=np.empty(PARTS_SIZE), search=np.zeros(SEARCH_SIZE),
         values=np.empty(NODE_CAPACITY * LANES), marks=np.empty(NODE_CAPACITY * LANES),
     )  # fmt: skip
+    # Vectors read panels that are not there, too: what memory holds may be denormal numbers, which take much longer.
     of_rows = rows * PANEL_CAPACITY
     sums = PanelSums(
-        np.empty(PANEL_CAPACITY), *(np.empty(of_rows) for _ in range(9)), *(np.empty(PANEL_CAPACITY) for _ in range(2))
+        np.zeros(PANEL_CAPACITY), *(np.zeros(of_rows) for _ in range(9)), *(np.zeros(PANEL_CAPACITY) for _ in range(2))
     )
     return chunk, tile, sums
 
