@@ -7,7 +7,7 @@ import numpy as np
 
 from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN, fill_rows
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN, fill_rows, take_row
 from explore.mechanisms.targets.path_errors.ordering import fill_least
 from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, divide, place_of
 from explore.model.quantities import FloatArray
@@ -71,11 +71,8 @@ def fill_arcs(curve, rows_of_curve, shape, arcs):
     fill_rows(rows_of_curve, shape, arcs.rays, arcs.shapes, arcs.rows)
     for k in range(FEW_ARCS):
         arcs.corners[ANGLE, k] = k * (TURN / FEW_ARCS)
-    for first in range(0, FEW_ARCS, LANES):
-        for row in range(4):
-            own, rows = arcs.corners[X + row, first:], arcs.rows[first * CURVE_SIZE + row * LANES :]
-            for lane in range(LANES):
-                own[lane] = rows[lane]
+    for row in range(4):
+        take_row(arcs.rows, row, arcs.corners[X + row, :FEW_ARCS])
     for row in range(5):
         arcs.corners[row, FEW_ARCS] = arcs.corners[row, 0]
     arcs.corners[ANGLE, FEW_ARCS] = TURN

@@ -39,3 +39,12 @@ def fill_rows(rows_of_curve, shape, rays, shapes, rows):
         for lane in range(LANES):
             shapes[k * LANES + lane] = shape[k]
     rows_of_curve(shapes, rays[0], rays[1], rays.shape[1] // LANES, rows)
+
+
+@subroutine(no_alias=True)
+def take_row(rows, number, row):
+    """Fill one of the numbers of the curve at all angles from its rows."""
+    for first in range(0, len(row), LANES):
+        own, numbers = row[first : first + LANES], rows[first * CURVE_SIZE + number * LANES :]
+        for lane in range(len(own)):
+            own[lane] = numbers[lane]

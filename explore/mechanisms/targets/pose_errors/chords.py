@@ -8,7 +8,7 @@ import numpy as np
 from explore.base.compiling import LANES
 from explore.base.lanes.arctangent import arctangent
 from explore.base.subroutines import subroutine
-from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN, fill_rows
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, TURN, fill_rows, take_row
 from explore.mechanisms.targets.path_errors.rows import LANES_OF_TURN, divide, place_of
 from explore.mechanisms.targets.pose_errors.link import (
     ANGLE,
@@ -89,17 +89,6 @@ def _fill_angles(rows, angles, rates):
         rates[lane] = ux * rows[9 * LANES + lane] - uy * rows[8 * LANES + lane]  # u = exp(i phi), so phi' = u x u'
 
 
-@subroutine(no_alias=True)
-def _fill_corners(rows, first, corners):
-    """Fill LANES corners from the first on, from their rows of the curve."""
-    stop = first + LANES
-    _fill_angles(rows, corners[_ANGLE, first:stop], corners[_ANGLE_1, first:stop])
-    for row, number in ((_X, 0), (_Y, 1), (_X_1, 2), (_Y_1, 3)):
-        own, numbers = corners[row, first:], rows[number * LANES :]
-        for lane in range(LANES):
-            own[lane] = numbers[lane]
-
-
 @subroutine(fast=True, no_alias=True)
 def _measure(corners, count, lever, along_x, along_y, along_angle, bends):
     """Fill how far so many chords go along each coordinate, and their bends; return their length."""
@@ -143,7 +132,10 @@ def fill_chords(curve, rows_of_curve, shape, lever, chords):
     corners = chords.corners
     fill_rows(rows_of_curve, shape, chords.rays, chords.shapes, chords.rows)
     for first in range(0, FEW_CHORDS, LANES):
-        _fill_corners(chords.rows[first * CURVE_SIZE :], first, corners)
+        stop = first + LANES
+        _fill_angles(chords.rows[first * CURVE_SIZE :], corners[_ANGLE, first:stop], corners[_ANGLE_1, first:stop])
+    for row, number in ((_X, 0), (_Y, 1), (_X_1, 2), (_Y_1, 3)):
+        take_row(chords.rows, number, corners[row, :FEW_CHORDS])
     for row in range(7):
         corners[row, FEW_CHORDS] = corners[row, 0]
     for k in range(FEW_CHORDS + 1):
