@@ -7,6 +7,10 @@ from typing import Any
 from explore.base.subroutines import subroutine
 
 _GOLDEN = 0.6180339887498949
+#: Rise beside a lowest angle that is rounding, relative: about such a one there is no lower value to be found.
+_FLAT = 1e-14
+#: Number of golden sections about a lowest angle of the grid.
+_SECTIONS = 75
 
 
 @subroutine(inlined=True)
@@ -28,11 +32,11 @@ def narrowed(low, high, left, right, at_left, at_right):
     return left, high, right, new, at_right, at_right
 
 
-def least_of(value: Callable[..., float], n_sections: int, flat: float) -> Any:
+def least_of(value: Callable[..., float]) -> Any:
     """The compiled search for the least value between two angles: golden sections about each lowest angle of a grid.
 
-    There are several, since two dips may be nearly as low; about an angle with a relative rise of at most `flat` beside
-    it there are none. `value` is compiled, of the constants of a lane, an angle and a quantity.
+    There are several, since two dips may be nearly as low; about an angle beside which nothing rises there are none.
+    `value` is compiled, of the constants of a lane, an angle and a quantity.
     """
 
     @subroutine()
@@ -41,7 +45,7 @@ def least_of(value: Callable[..., float], n_sections: int, flat: float) -> Any:
         left, right = sections(low, high)
         at_left, at_right = value(constants, lane, left, quantity), value(constants, lane, right, quantity)
         found = min(at_left, at_right)
-        for _ in range(n_sections):
+        for _ in range(_SECTIONS):
             is_left = at_left <= at_right
             low, high, left, right, at_left, at_right = narrowed(low, high, left, right, at_left, at_right)
             new = value(constants, lane, left if is_left else right, quantity)
@@ -58,7 +62,7 @@ def least_of(value: Callable[..., float], n_sections: int, flat: float) -> Any:
             after = math.inf if j == steps else value(constants, lane, start + (j + 1) * step, quantity)
             rise = max(before - here if before < math.inf else 0.0, after - here if after < math.inf else 0.0)
             found = min(found, here)
-            if here <= before and here <= after and rise > flat * abs(here):
+            if here <= before and here <= after and rise > _FLAT * abs(here):
                 low, high = start + max(j - 1, 0) * step, start + min(j + 1, steps) * step
                 found = min(found, refined(constants, lane, low, high, quantity))
             before, here = here, after

@@ -29,10 +29,6 @@ from explore.mechanisms.golden import least_of
 
 #: Number of steps of a grid on which the lowest ratio is looked for, per period of the return.
 _GRID = 32
-#: Rise beside a lowest angle that is rounding, relative: about such a one there is no lower ratio to be found.
-_FLAT = 1e-14
-#: Number of golden sections about a lowest angle of the grid.
-_SECTIONS = 75
 
 
 @subroutine()
@@ -66,7 +62,7 @@ def _value(constants, lane, angle, of_one):
 
 
 #: Search for the least `_value`, also at the corner between two trains.
-_least = least_of(_value, _SECTIONS, _FLAT)
+_least = least_of(_value)
 
 
 @subroutine()
