@@ -99,11 +99,20 @@ def loop_arguments(
         np.array([interval_place(mechanism, window) for window in tables.windows]),
         np.array([mechanism.marks[name] for name in request.breaks], dtype=np.int64),
         singular_rows, singular_anchors, needs, row_needs, tables.flags, tables.orders, tables.term_rows,
-        tables.references, corner_rows, np.array([level for *_, level in levels]), tables.slots,
+        _lag_rows(request), tables.references, corner_rows, np.array([level for *_, level in levels]), tables.slots,
         len(mechanism.senses) if {*mechanism.senses} <= corners else 0, float(statistics_tolerance(request)),
         isinstance(quadrature, Adaptive), isinstance(quadrature, Located), isinstance(quadrature, Anchored),
         isinstance(quadrature, Resolved), size_of, row_of, rules, turn_factors(), piece_factors(),
     )  # fmt: skip
+
+
+def _lag_rows(request: Request) -> Indices:
+    """For each row of the signals that of the rate of their lag, shape (s,); -1 for none."""
+    rows = np.full(request.kernel.signal_rows, -1, dtype=np.int64)
+    for signal in request.kernel.signals:
+        if signal.lag_row >= 0 and request.kernel.fills(signal):
+            rows[signal.row] = signal.lag_row
+    return rows
 
 
 @remembered

@@ -6,6 +6,8 @@ import numpy.typing as npt
 from explore.evaluation.quadrature.slots import (
     BOUND,
     FLUCTUATION,
+    LAGGED_FLUCTUATION,
+    LAGGED_MAX,
     MAXIMUM,
     MEAN,
     MINIMUM,
@@ -13,12 +15,13 @@ from explore.evaluation.quadrature.slots import (
     ROOT_POWER_MEAN,
     VARIANCE,
 )
-from explore.model.quantities import MOMENT_STATISTICS, FloatArray, SampledMetric, Signal
+from explore.model.quantities import MOMENT_STATISTICS, TURN_STATISTICS, FloatArray, SampledMetric, Signal
 
 Indices = npt.NDArray[np.int64]
 
 _BOTH_EXTREMES = (MINIMUM, MAXIMUM)
 _EXTREMES = {"min": (MINIMUM,), "max": (MAXIMUM,), "peak": _BOTH_EXTREMES, "peak_to_peak": _BOTH_EXTREMES}
+_OF_TURNS = dict(zip(TURN_STATISTICS, (FLUCTUATION, LAGGED_FLUCTUATION, LAGGED_MAX), strict=True))
 _POWERS = {"mean": ROOT_MEAN, "power_mean": ROOT_POWER_MEAN}
 _DEGREES = 180.0 / np.pi
 _TURN = 2.0 * np.pi
@@ -26,13 +29,13 @@ _TURN = 2.0 * np.pi
 
 def has_own_places(metric: SampledMetric) -> bool:
     """Whether a metric is integrated between places of its own: a mean of a power that is no polynomial, for one."""
-    return metric.statistic == "fluctuation" or (metric.signal.is_magnitude and metric.statistic in _POWERS)
+    return metric.statistic in _OF_TURNS or (metric.signal.is_magnitude and metric.statistic in _POWERS)
 
 
 def statistics_beside_moments(metric: SampledMetric) -> tuple[int, ...]:
     """Statistics that a metric needs beside the moments; both extremes of a rectified signal, which may swap."""
     if has_own_places(metric):
-        return (_POWERS.get(metric.statistic, FLUCTUATION),)
+        return ((_OF_TURNS | _POWERS)[metric.statistic],)
     extremes: tuple[int, ...] = _EXTREMES.get(metric.statistic, ())
     return _BOTH_EXTREMES if metric.signal.is_rectified and extremes else extremes
 
@@ -46,8 +49,8 @@ def statistic_of(metric: SampledMetric, statistics: FloatArray, slots: Indices, 
     match metric.statistic:
         case "mean" if metric.signal.is_rectified:
             value = np.abs(mean)
-        case "fluctuation":
-            value = statistics[slots[FLUCTUATION]]
+        case statistic if statistic in _OF_TURNS:
+            value = statistics[slots[_OF_TURNS[statistic]]]
         case "variance":
             value, factor = variance, factor**2
         case "cv":
@@ -119,7 +122,7 @@ def error_of(metric: SampledMetric, statistics: FloatArray, slots: Indices, valu
     rms = _root_mean_square(mean, variance)
     if metric.statistic == "variance":
         return np.asarray(bound * (rms * factor) ** 2)
-    if metric.statistic == "fluctuation":
+    if metric.statistic in ("fluctuation", "lagged_fluctuation"):
         return np.asarray(bound * rms * factor * _TURN)
     # The scale is the largest magnitude of the signal, which is at least the rms and at least this value.
     return np.asarray(bound * np.maximum(rms * factor, np.abs(value)))

@@ -12,7 +12,7 @@ from explore.model.drawing import Drawing, Panel
 from explore.model.exact import ExactDesign
 from explore.model.points import FloatingLink
 from explore.model.quadrature import Adaptive, Graded, Located, Quadrature
-from explore.model.quantities import FLUCTUATION, OUTPUT_STATISTICS, Formula, GivenMetric, Metric, Parameter, Signal
+from explore.model.quantities import OUTPUT_STATISTICS, TURN_STATISTICS, Formula, GivenMetric, Metric, Parameter, Signal
 from explore.model.status import OwnStatus, Status
 from explore.model.target_kinds import TargetKind
 from explore.model.targets import Target
@@ -234,7 +234,8 @@ class Declaration:
         for signal in self.signals:
             for statistic in signal.statistics:
                 yield f"{signal.name}_{statistic}"
-                windows = (window for window in self.named_windows if window.kind == "turn" or statistic != FLUCTUATION)
+                is_of_turn = statistic in TURN_STATISTICS
+                windows = (window for window in self.named_windows if window.kind == "turn" or not is_of_turn)
                 yield from (f"{signal.name}_{statistic}_{window.name}" for window in windows)
 
     @cached_property

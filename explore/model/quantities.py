@@ -25,6 +25,10 @@ EXTREME_STATISTICS = ("min", "max", "peak", "peak_to_peak")
 OUTPUT_STATISTICS = ("mean", "variance", "cv")
 #: Statistic over a turn: range of the integral over the input angle, in rad, of the signal less its mean.
 FLUCTUATION = "fluctuation"
+#: Statistics of a torque that a motor follows: range of the integral of the motor's less it, and the motor's largest.
+LAGGED_STATISTICS = ("lagged_fluctuation", "lagged_max")
+#: Statistics over a whole turn.
+TURN_STATISTICS = (FLUCTUATION, *LAGGED_STATISTICS)
 #: Statistics of a magnitude. "power_mean" is (mean |x|^(10/3))^(3/10), by which roller bearings are sized.
 MAGNITUDE_STATISTICS = ("mean", "max", "rms", "power_mean")
 
@@ -162,6 +166,8 @@ class Signal(Quantity):
         Name of the point of the floating link that it is a signal of; empty for the signals of all designs.
     has_fluctuation
         Whether it has the statistic `FLUCTUATION`, as a torque, of which this is the energy that a flywheel stores.
+    lag_row
+        Row of the rate per radian at which a motor follows this torque; -1 for none, without `LAGGED_STATISTICS`.
     starts_anew
         Whether it grows over a turn of the input and begins again at input angle 0: an interval across that has none of
         its statistics.
@@ -189,6 +195,7 @@ class Signal(Quantity):
     extremes_at: tuple[str, ...] = ()
     point: str = ""
     has_fluctuation: bool = False
+    lag_row: int = -1
     starts_anew: bool = False
 
     @property
@@ -196,7 +203,8 @@ class Signal(Quantity):
         """The statistics that the signal has."""
         if self.is_magnitude:
             return MAGNITUDE_STATISTICS
-        return (*STATISTICS, FLUCTUATION) if self.has_fluctuation else STATISTICS
+        lagged = LAGGED_STATISTICS if self.lag_row >= 0 else ()
+        return (*STATISTICS, FLUCTUATION, *lagged) if self.has_fluctuation else STATISTICS
 
 
 @dataclass(frozen=True)

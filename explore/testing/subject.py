@@ -13,7 +13,7 @@ from explore.evaluation.evaluate import evaluate_columns
 from explore.model.columns import Arrays
 from explore.model.declaration import ANCHORS
 from explore.model.mechanism import Mechanism
-from explore.model.quantities import AnyMetric, FloatArray, SampledMetric, Signal
+from explore.model.quantities import LAGGED_STATISTICS, AnyMetric, FloatArray, SampledMetric, Signal
 from explore.model.status import Status
 from explore.model.window import Window
 from explore.running.motions import mark_angles, motion_signals, window_limits
@@ -117,6 +117,8 @@ class Subject:
     def _sampled(self, window: Window, signals: tuple[Signal, ...]) -> Iterator[SampledMetric]:
         for signal in signals:
             for statistic in signal.statistics:
+                if statistic in LAGGED_STATISTICS:  # they follow from more than the signal
+                    continue
                 try:
                     # with the name of the window, because a closed-form metric may have the name without it
                     metric = find_metric(self.mechanism, f"{signal.name}_{statistic}_{window.name}", window)

@@ -19,6 +19,7 @@ from explore.model.mechanism import Mechanism
 from explore.model.quantities import (
     EXTREME_STATISTICS,
     FLUCTUATION,
+    LAGGED_STATISTICS,
     DerivedMetric,
     Metric,
     SampledMetric,
@@ -87,6 +88,8 @@ class Certificate:
             enclosure: Enclosure | None = from_extremes(metric.statistic, *pair)
         elif metric.statistic == "power_mean":
             enclosure = Enclosure.of(self._motion.power_mean(metric.signal, metric.window))
+        elif metric.statistic in LAGGED_STATISTICS:
+            raise UnprovedError(f"{metric.name} cannot be certified: no enclosure is implemented")
         elif metric.statistic == FLUCTUATION:
             square = self._motion.mean_and_square(metric.signal, metric.window, needs_mean=True)[1]
             enclosure = Enclosure(self._motion.fluctuation(metric.signal), square.sqrt() * 2 * arb.pi())

@@ -52,7 +52,7 @@ def _measure(fill, sizes, tables, s, i, stride, mean, scale, work, tile):
     panels, last, nodes = work.panels, -1.0, 0
     total = low = high = error = 0.0
     for _ in range(work.panel_count[i]):
-        k, last = _next_panel(panels, work.first_panel[i], work.panel_count[i], stride, last)
+        k, last = next_panel(panels, work.first_panel[i], work.panel_count[i], stride, last)
         samples = sample_row(
             fill, tables.row_needs[s], sizes.rows, s, tables.term_rows[s], work.noise[i], panels, k, tile
         )  # fmt: skip
@@ -69,7 +69,7 @@ def _measure(fill, sizes, tables, s, i, stride, mean, scale, work, tile):
 
 
 @subroutine()
-def _next_panel(panels, first, count, stride, last):
+def next_panel(panels, first, count, stride, last):
     """The panel of a design whose middle follows an angle, and the angle of its middle, rad, 0 to a turn."""
     panel, least = first, math.inf
     for p in range(first, first + count * stride, stride):

@@ -26,6 +26,7 @@ from explore.evaluation.quadrature.equispaced import (
     leave_panel,
 )
 from explore.evaluation.quadrature.fluctuations import fill_fluctuations
+from explore.evaluation.quadrature.lags import fill_lags
 from explore.evaluation.quadrature.magnitudes import fill_powers
 from explore.evaluation.quadrature.merging import bound_rows, choose_next, collect, merge, merge_regular
 from explore.evaluation.quadrature.opening import demands_of, open_window
@@ -34,7 +35,7 @@ from explore.evaluation.quadrature.panels import (
 )
 from explore.evaluation.quadrature.pieces import choose_next_pieces, count_again
 from explore.evaluation.quadrature.resolving import choose_next_counts, take_turns
-from explore.evaluation.quadrature.slots import CLUTCH, FLUCTUATION, ROOT_MEAN
+from explore.evaluation.quadrature.slots import BOUND, CLUTCH, ROOT_MEAN
 from explore.evaluation.quadrature.storing import store
 from explore.evaluation.quadrature.tails import check_model
 from explore.evaluation.quadrature.tiles import FILL_TYPE
@@ -154,6 +155,7 @@ def _sample_window(
             if integrals:
                 fill_powers(fill, sizes, tables, w, i, here[i], stride, statistics, nodes, error, work, tile)
                 fill_fluctuations(fill, sizes, tables, w, i, here[i], stride, statistics, nodes, error, work, tile)
+                fill_lags(fill, sizes, tables, w, i, here[i], stride, statistics, nodes, error, work, tile)
     return until
 
 
@@ -202,7 +204,7 @@ def sample(
     entries of the sampled designs are filled in `statistics` (m, n), for unit speed and rad, `nodes` (n,), the signal
     evaluations, `error` (n,), the bound, and `excess` (n,), how many times the samples exceed the error model.
     """
-    has_integrals = (tables.slots[:, :, ROOT_MEAN : FLUCTUATION + 1] >= 0).any()
+    has_integrals = (tables.slots[:, :, ROOT_MEAN:BOUND] >= 0).any()
     if tables.is_adaptive or tables.is_resolved or has_integrals or tables.windows[:, CLUTCH].any():
         loop, extremes, rare = sample_all, 1, 1
     elif (tables.flags & FLAG_EXTREMES).any():

@@ -23,7 +23,7 @@ from explore.evaluation.quadrature.panels import (
 from explore.evaluation.quadrature.pieces import open_pieces
 from explore.evaluation.quadrature.resolving import open_turns
 from explore.evaluation.quadrature.single_cuts import cut_at_corners
-from explore.evaluation.quadrature.slots import CLUTCH, FLUCTUATION, KIND, ROOT_MEAN
+from explore.evaluation.quadrature.slots import BOUND, CLUTCH, KIND, ROOT_MEAN
 from explore.evaluation.quadrature.windows import INTERVAL, TURN
 
 #: Natural logarithm of the tolerance over the modelled error at the first node count: room for rounding.
@@ -44,7 +44,7 @@ def demands_of(tables, w):
             ends = ends or (tables.flags[w, s] & FLAG_EXTREMES) != 0
             pole_order = max(pole_order, tables.orders[w, s])
             headroom = HEADROOM_OF_CV if tables.flags[w, s] & (FLAG_STD | FLAG_CV) else headroom
-            for slot in range(ROOT_MEAN, FLUCTUATION + 1):
+            for slot in range(ROOT_MEAN, BOUND):
                 integrals = integrals or tables.slots[w, s, slot] >= 0
     is_cut = len(tables.breaks) > 0 or len(tables.corner_rows) > 0 or integrals
     pieces = tables.is_resolved and (is_cut or tables.windows[w, KIND] != TURN)

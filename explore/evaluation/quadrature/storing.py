@@ -7,7 +7,16 @@ from explore.evaluation.quadrature import bounds
 from explore.evaluation.quadrature.bounds import CHUNK, FLAG_SQUARES
 from explore.evaluation.quadrature.merging import copy_numbers
 from explore.evaluation.quadrature.panels import PANEL_CAPACITY
-from explore.evaluation.quadrature.slots import BOUND, FLUCTUATION, MAXIMUM, MEAN, MINIMUM, VARIANCE
+from explore.evaluation.quadrature.slots import (
+    BOUND,
+    FLUCTUATION,
+    LAGGED_FLUCTUATION,
+    LAGGED_MAX,
+    MAXIMUM,
+    MEAN,
+    MINIMUM,
+    VARIANCE,
+)
 
 
 @subroutine()
@@ -48,7 +57,10 @@ def store(n, all_live, designs, stride, w, flags, slots, statistics, nodes, work
             elif slot >= 0:
                 for j in range(n):
                     statistics[slot, designs[live[j]]] = source[at + j]
-        if flags[w, s] & FLAG_SQUARES or slots[w, s, FLUCTUATION] >= 0:
+        if (
+            flags[w, s] & FLAG_SQUARES
+            or max(slots[w, s, FLUCTUATION], slots[w, s, LAGGED_FLUCTUATION], slots[w, s, LAGGED_MAX]) >= 0
+        ):
             for j in range(n):
                 work.final_bounds[at + live[j]] = work.row_bounds[at + j]
         low_slot, high_slot = slots[w, s, MINIMUM], slots[w, s, MAXIMUM]

@@ -73,6 +73,8 @@ class Tables(NamedTuple):
         pole order.
     term_rows : (s,)
         For a signal that is a sum of terms, the row with the size of the terms; -1 for other signals.
+    lag_rows : (s,)
+        For a signal that something follows with a lag, the row with the rate of this; -1 for other signals.
     references : (s,)
         Row of the parameters with the length that a signal is relative to; -1 for signals without a unit of length.
     corner_rows : (c, 2), corner_levels : (c,)
@@ -80,7 +82,7 @@ class Tables(NamedTuple):
         at, and those with the sizes of their terms, -1 for none; and the levels.
     sense_count
         Number of the first of these rows whose signs are bits of the law.
-    slots : (w, s, 8)
+    slots : (w, s, 10)
         Row of the statistics for each statistic (MEAN, VARIANCE, … of `quadrature.slots`) of a row over a
         window; -1 for none.
     tolerance
@@ -112,6 +114,7 @@ class Tables(NamedTuple):
     flags: IntArray
     orders: IntArray
     term_rows: IntArray
+    lag_rows: IntArray
     references: IntArray
     corner_rows: IntArray
     corner_levels: FloatArray
@@ -223,7 +226,7 @@ class ChunkWork(NamedTuple):
 
 SIZES_TYPE = types.NamedUniTuple(_INT, 8, Sizes)
 TABLES_TYPE = types.NamedTuple(
-    (_I2, types.float64[:, ::1], *[_I1] * 5, _I2, _I2, _I1, _I1, _I2, _F1, types.int64[:, :, ::1], _INT, _FLOAT,
+    (_I2, types.float64[:, ::1], *[_I1] * 5, _I2, _I2, *[_I1] * 3, _I2, _F1, types.int64[:, :, ::1], _INT, _FLOAT,
      *[types.boolean] * 4, _I1, _I1, types.float64[:, ::1], _F1, _F1),
     Tables,
 )  # fmt: skip

@@ -83,16 +83,27 @@ def _specialise(table: LinkageTable, names: frozenset[str] | None, *, needs_stro
     others = [each for each in quantities if each not in wanted]
     needs_stroke |= any(each.signal.needs_stroke for each in wanted) and table.limits is None
     # The wanted rows are the first ones; a kernel has a row at least.
-    outputs = [each.number for each in wanted] or [equations.graph.constant(1.0)]
+    outputs, row_of = _lay_rows(wanted)
+    outputs = outputs or [equations.graph.constant(1.0)]
     first_rows = len(outputs)
-    row_of = {each.signal.name: row for row, each in [*enumerate(wanted), *enumerate(others, first_rows)]}
-    outputs += [each.number for each in others]
-    signals = tuple(replace(each.signal, row=row_of[each.signal.name]) for each in quantities)
+    more, others_row_of = _lay_rows(others, first_rows)
+    outputs, row_of = outputs + more, row_of | others_row_of
+    signals = tuple(
+        replace(each.signal, row=row_of[each.signal.name], lag_row=row_of.get(f"{each.signal.name} lag", -1))
+        for each in quantities
+    )
     declare = partial(_declare, needs_stroke=needs_stroke, tells_reach=tells_reach, specialised=specialised)
     full = declare(table, equations, quantities, signals, outputs)
     if not others:
         return full
     return declare(table, equations, wanted, signals, outputs[:first_rows], full)
+
+
+def _lay_rows(quantities: Sequence[Quantity], first: int = 0) -> tuple[list[Number], dict[str, int]]:
+    """The numbers of rows from a first one on, and the rows of quantities, with those of lags, by name."""
+    numbers = {each.signal.name: each.number for each in quantities}
+    numbers |= {f"{each.signal.name} lag": each.lag_rate for each in quantities if each.lag_rate is not None}
+    return [*numbers.values()], {name: row for row, name in enumerate(numbers, first)}
 
 
 @dataclass(frozen=True)

@@ -1,20 +1,24 @@
 """The signals of a linkage under load, and the metrics that follow from them."""
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from explore.mechanisms.linkages.coordinate import Coordinate
 from explore.mechanisms.linkages.curves import levels_of_curve, place_unit
 from explore.mechanisms.linkages.equations import Equations
+from explore.mechanisms.linkages.expressions import evaluate_coordinate
 from explore.mechanisms.linkages.friction import balance_friction
 from explore.mechanisms.linkages.graph import Number
 from explore.mechanisms.linkages.load_table import Curve, Loads
-from explore.mechanisms.linkages.loads import Loading
+from explore.mechanisms.linkages.loads import SPEED, Loading
 from explore.mechanisms.linkages.quantity import Quantity
 from explore.mechanisms.linkages.reactions import Reactions
 from explore.mechanisms.linkages.table import FRAME, LinkageTable
 from explore.mechanisms.load_metrics import ENERGY_FLUCTUATION, NET_WORK_OF_DRIVE, WORK_FORMULAS, largest
 from explore.model.drawing import Panel
-from explore.model.quantities import Formula, Signal
+from explore.model.quantities import FloatArray, Formula, Signal
 
 _TORQUE = "drive_torque"
 #: Signal of how near friction of pins, or of slots of groups, is to locking.
@@ -37,7 +41,8 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
     if not table.driven_slot:
         words = "torque of the drive on the driver, counter-clockwise positive"
         of_driver = _quantity(loading, torque, _TORQUE, "N m", words, 0)
-        yield replace(of_driver, signal=replace(of_driver.signal, has_fluctuation=table.limits is None))
+        signal = replace(of_driver.signal, has_fluctuation=table.limits is None)
+        yield replace(of_driver, signal=signal, lag_rate=loading.lag_rate)
     yield _quantity(loading, torque, "drive_power", "W", "power of the drive")
     positive = torque.call("maximum", equations.graph.constant(0.0))
     yield _quantity(
@@ -142,7 +147,33 @@ def load_formulas(table: LinkageTable, window: str) -> tuple[Formula, ...]:
     positive, net = WORK_FORMULAS
     works = (positive, net) if table.loads.lose_power else (positive,)
     works = (positive, NET_WORK_OF_DRIVE) if table.loads.gain_power else works
-    return (peak, *works) if table.driven_slot else (peak, *works, ENERGY_FLUCTUATION)
+    return (peak, *works) if table.driven_slot else (peak, *works, ENERGY_FLUCTUATION, *_motor_formulas(table.loads))
+
+
+def _motor_formulas(loads: Loads) -> tuple[Formula, ...]:
+    """How much the speed fluctuates, to first order, and the largest torque of the motor."""
+    if loads.motor is None:
+        return ()
+    names = tuple(dict.fromkeys((*loads.motor.flywheel.names, SPEED)))
+    return (
+        Formula("speed_fluctuation", "1", "greatest less least speed of the driver, over its mean, to first order",
+                "min", (f"{_TORQUE}_lagged_fluctuation_cycle", *names), _Fluctuation(loads.motor.flywheel, names),
+                is_proportional=True),
+        Formula("motor_torque_max", "N m", "largest torque of the motor, to first order", "min",
+                (f"{_TORQUE}_lagged_max_cycle",), np.positive, is_proportional=True),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Fluctuation:
+    """How much the speed of a flywheel fluctuates that stores an energy; the parameters have these names."""
+
+    flywheel: Coordinate
+    names: tuple[str, ...]
+
+    def __call__(self, energy: FloatArray, *columns: FloatArray) -> FloatArray:
+        given = dict(zip(self.names, columns, strict=True))
+        return np.asarray(energy / (evaluate_coordinate(self.flywheel, given) * given[SPEED] ** 2))
 
 
 def sense_signals(equations: Equations) -> tuple[str, ...]:

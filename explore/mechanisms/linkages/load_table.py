@@ -102,6 +102,22 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class Motor:
+    """A drive that the load slows down.
+
+    Attributes
+    ----------
+    flywheel
+        Moment of inertia that turns with the driver, besides the masses, kg m^2.
+    slope
+        How much torque it loses per speed of the driver, N m s/rad.
+    """
+
+    flywheel: Coordinate
+    slope: Coordinate
+
+
+@dataclass(frozen=True)
 class Loads:
     """What acts on a linkage besides its drive; gravity in m/s^2 along the axes of the frame, None for none."""
 
@@ -110,11 +126,12 @@ class Loads:
     forces: tuple[PointForce, ...] = ()
     elements: tuple[Element, ...] = ()
     curves: tuple[Curve, ...] = ()
+    motor: Motor | None = None
 
     @property
     def is_dynamic(self) -> bool:
         """Whether the speed changes them."""
-        return bool(self.masses) or self.has("damper")
+        return bool(self.masses) or self.has("damper") or self.motor is not None
 
     @property
     def need_strokes(self) -> bool:

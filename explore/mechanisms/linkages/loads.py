@@ -137,6 +137,13 @@ class Loading:
     def _slot_position(self, name: str) -> Series:
         return self._equations.slot_position(next(slot for slot in self._equations.table.slots if slot.name == name))
 
+    @property
+    def lag_rate(self) -> Number | None:
+        """The rate, per radian, at which the torque of the motor follows that of the drive; None without a motor."""
+        if self.loads.motor is None:
+            return None
+        return self._read(self.loads.motor.slope) / (self._read(self.loads.motor.flywheel) * self._speed)
+
     def _read(self, coordinate: Coordinate) -> Number:
         return read_expression(self._graph, coordinate, self.values)
 

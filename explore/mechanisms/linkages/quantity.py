@@ -20,9 +20,12 @@ class Quantity:
         Links whose angles it follows from.
     squares
         Squares of distances that it divides by, and that positions do not.
+    lag_rate
+        Rate, per radian, at which the torque of a motor follows it; None for none.
     """
 
     signal: Signal
     number: Number
     links: tuple[str, ...] = ()
     squares: tuple[Series, ...] = ()
+    lag_rate: Number | None = None

@@ -193,9 +193,10 @@ class LinkageTable:
     def digest(self) -> str:
         """A hash of everything that the motion, its signals and their names follow from."""
         *others, limits, loads, branches, starts = [_plain(getattr(self, field.name)) for field in fields(self)]
-        # Results of before there were limits, loads or curves name their mechanism by a hash without them.
-        if self.loads and not self.loads.curves:
-            loads = _plain(tuple(getattr(self.loads, field.name) for field in fields(self.loads)[:-1]))
+        # Results of before there were limits, loads, curves or motors name their mechanism by a hash without them.
+        if self.loads and not self.loads.motor:
+            told = fields(self.loads)[: -1 if self.loads.curves else -2]
+            loads = _plain(tuple(getattr(self.loads, field.name) for field in told))
         content = (*others, *(part for part in (limits, loads, branches, starts) if part))
         return hashlib.sha256(repr(content).encode()).hexdigest()
 

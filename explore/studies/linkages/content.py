@@ -1,11 +1,12 @@
 """The content of [linkage] that describes a table: `reading.read_table` reads it as the same table."""
 
 import math
+from dataclasses import fields
 from typing import Any
 
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, Place
 from explore.mechanisms.linkages.group_steps import groups_of
-from explore.mechanisms.linkages.load_table import Curve, Element, Loads, Mass
+from explore.mechanisms.linkages.load_table import Curve, Element, Loads, Mass, Motor
 from explore.mechanisms.linkages.steps import find_steps
 from explore.mechanisms.linkages.table import Body, LinkageTable, TableParameter
 from explore.studies.linkages.branch import two_sided, words_of
@@ -64,6 +65,7 @@ def _loads(loads: Loads) -> dict[str, Any]:
         "springs": {each.name: _spring(each) for each in loads.elements if each.kind == "spring"},
         "dampers": {each.name: _spring(each) for each in loads.elements if each.kind == "damper"},
         "curves": {curve.name: _curve(curve) for curve in loads.curves},
+        "motor": {each.name: _number(getattr(loads.motor, each.name)) for each in fields(Motor)} if loads.motor else {},
     }
     return {name: part for name, part in parts.items() if part}
 

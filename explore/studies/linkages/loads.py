@@ -11,7 +11,7 @@ from explore.base.entries import is_known, note_unknown, read_table
 from explore.base.errors import KeyPath
 from explore.base.suggest import format_value
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate
-from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PointForce
+from explore.mechanisms.linkages.load_table import Element, Loads, Mass, Motor, PointForce
 from explore.mechanisms.linkages.loads import AMOUNTS
 from explore.mechanisms.linkages.table import FRAME, carrier
 from explore.studies.linkages.coordinates import read_amount, read_pair
@@ -34,7 +34,10 @@ _AT_PIN = "A = { coefficient = 0.1, radius = 8 }"
 #: Example of a torque between two links.
 _BETWEEN = 'rocker = { torque = 2.5, against = "coupler" }'
 
-_KEYS = ("gravity", *_EXAMPLES, "curves")
+#: Example of a motor.
+_MOTOR = "motor = { flywheel = 0.8, slope = 2.5 }"
+
+_KEYS = ("gravity", *_EXAMPLES, "curves", "motor")
 #: Parts whose numbers can have curves.
 _CURVED = ("forces", "torques", "opposing")
 
@@ -44,6 +47,7 @@ _LINEAR = {"input", "number", "negate", "+", "-", "*"}
 _MASS_KEYS = ("mass", "centroid", "inertia")
 _TORQUE_KEYS = ("torque", "against")
 _PIN_KEYS = ("coefficient", "radius")
+_MOTOR_KEYS = ("flywheel", "slope")
 #: Units of rates of springs and dampers, along a line and of an angle.
 _RATES = {"springs": ("N/m", "N m/rad"), "dampers": ("N s/m", "N m s/rad")}
 
@@ -60,6 +64,7 @@ class LoadReader:
         self._slots = [slot.name for slot in structure.slots]
         fixed = structure.bodies[FRAME].place_of
         self._moving = [point for point in structure.points if point not in fixed]
+        self._turns = turns
         self.coordinates: list[Located] = []
         self.curves = CurveReader(structure, output, self._moving, folder, turns=turns)
 
@@ -83,6 +88,7 @@ class LoadReader:
         elements += [self._friction(name, entry) for name, entry in parts["friction"].items()]
         elements += [self._spring(kind, name, entry) for kind in _RATES for name, entry in parts[kind].items()]
         note_many_senses(elements, key, self._problems)
+        motor = self._motor(entries["motor"], (*key, "motor")) if "motor" in entries else None
         if gravity is not None and not masses and not self._problems:
             self._problems.append(((*key, "gravity"), "acts on masses, and there is none; write them in masses"))
         used = {name for coordinate, _, _ in self.coordinates for name in coordinate.names}
@@ -90,10 +96,22 @@ class LoadReader:
             if curve.name not in used and not self._problems:
                 reason = f'no load uses it; write its name in one, such as torques: rocker = "{curve.name}"'
                 self._problems.append(((*key, "curves", curve.name), reason))
-        return Loads(gravity, masses, forces, tuple(elements), curves) if masses or forces or elements else None
+        if masses or forces or elements:
+            return Loads(gravity, masses, forces, tuple(elements), curves, motor)
+        if motor and not self._problems:
+            self._problems.append(((*key, "motor"), "drives loads, and there is none; write masses, for one"))
+        return None
 
     def _part(self, entries: Mapping[str, Any], name: str, example: str) -> Mapping[str, Any]:
         return read_table(entries.get(name, {}), (SECTION, "loads", name), (), example, self._problems)
+
+    def _motor(self, entry: object, key: KeyPath) -> Motor:
+        """A motor of a link that turns fully."""
+        if self._driver in self._slots or not self._turns:
+            self._problems.append((key, f"drives a link that turns fully, and {self._driver} does not"))
+        given = read_table(entry, key, _MOTOR_KEYS, _MOTOR, self._problems, _MOTOR_KEYS)
+        flywheel = self._amount(given.get("flywheel", 1), (*key, "flywheel"), "kg m^2")
+        return Motor(flywheel, self._amount(given.get("slope", 0), (*key, "slope"), "N m s/rad"))
 
     # kinds of loads
 

@@ -23,7 +23,8 @@ _WHOLE = (
     *OUTPUT_STATISTICS, "time_ratio", "swing_angle", "stroke", "footprint", "cycle", "range", "drive", "return",
     "forward", "backward", "interval", "assembly_intervals",
     *OWN_COLUMNS, "transmission_angle", "drive_torque", "drive_power", "drive_force", "positive_power",
-    "friction_power", "positive_work", "net_work", "energy_fluctuation", "pin_force_peak", "lock_ratio",
+    "friction_power", "positive_work", "net_work", "energy_fluctuation", "speed_fluctuation",
+    "motor_torque_max", "pin_force_peak", "lock_ratio",
 )  # fmt: skip
 
 

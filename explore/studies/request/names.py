@@ -18,6 +18,7 @@ from explore.model.quantities import (
     FLUCTUATION,
     OUTPUT_STATISTICS,
     STATISTICS,
+    TURN_STATISTICS,
     AnyMetric,
     ComputedMetric,
     DerivedMetric,
@@ -38,7 +39,7 @@ _LENGTH_ROUNDING = Fraction(1, 10**12)
 #: Ending of the names of metrics over the interval of a study.
 _OVER_INTERVAL = "_interval"
 #: Statistics of which smaller values are better.
-_MINIMISED = {"variance", "std", "cv", "max", "peak", "rms", "peak_to_peak", "power_mean", FLUCTUATION}
+_MINIMISED = {"variance", "std", "cv", "max", "peak", "rms", "peak_to_peak", "power_mean", *TURN_STATISTICS}
 
 _LONG_NAMES = {
     "std": "standard deviation",
@@ -50,6 +51,8 @@ _LONG_NAMES = {
     "peak_to_peak": "peak-to-peak value",
     "power_mean": "mean of power 10/3",
     FLUCTUATION: "range of the integral from the mean",
+    "lagged_fluctuation": "range of the integral from what the motor gives",
+    "lagged_max": "maximum of what the motor gives",
 }
 
 
@@ -263,9 +266,9 @@ def _parse(mechanism: Mechanism, name: str, window: Window) -> tuple[Signal, str
 
 
 def _check_window(mechanism: Mechanism, signal: Signal, statistic: str, window: Window) -> None:
-    """Raise for a signal in a window where it does not exist or jumps, and for a fluctuation over less than a turn."""
-    if statistic == FLUCTUATION and window.kind != "turn":
-        raise RequestError(f"a {FLUCTUATION} is that of a full turn; use {signal.name}_{statistic}_cycle")
+    """Raise for a signal in a window where it does not exist or jumps, and for a statistic of more than the window."""
+    if statistic in TURN_STATISTICS and window.kind != "turn":
+        raise RequestError(f"a {statistic} is that of a full turn; use {signal.name}_{statistic}_cycle")
     if signal.starts_anew and window.is_across_turns:
         whole = f"whole turns of the {mechanism.input_angle}"
         raise RequestError(
