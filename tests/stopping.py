@@ -19,6 +19,6 @@ def poisoned(*_):
     raise ZeroDivisionError("poison")
 
 
-def poisoned_at_1(request, space, number, objectives):
+def poisoned_at_1(request, space, number, *others):
     """Evaluate a block, unless it is the second."""
-    return poisoned() if number == 1 else evaluate_block(request, space, number, objectives)
+    return poisoned() if number == 1 else evaluate_block(request, space, number, *others)

@@ -88,12 +88,12 @@ def test_a_finished_file_is_left_as_it_is(study, tmp_path):
 def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_path, monkeypatch):
     real, tries = runs.evaluate_block, tmp_path / "tries"
 
-    def failing(request, space, number, objectives):
+    def failing(request, space, number, *others):
         if number == 1:
             with tries.open("a") as stream:  # a file, because the function travels to the worker as a copy
                 stream.write("tried\n")
             raise ZeroDivisionError("poison")
-        return real(request, space, number, objectives)
+        return real(request, space, number, *others)
 
     with monkeypatch.context() as patch:
         patch.setattr(runs, "evaluate_block", failing)
@@ -112,10 +112,10 @@ def test_a_block_that_fails_twice_is_reported_and_the_others_finish(study, tmp_p
 def test_sweep_returns_the_results_and_warns_of_blocks_left_out(study, tmp_path, monkeypatch):
     real = runs.evaluate_block
 
-    def full(request, space, number, objectives):
+    def full(request, space, number, *others):
         if number == 2:
             raise OSError(28, "No space left on device")  # on the worker: not our file, and not the cluster's loss
-        return real(request, space, number, objectives)
+        return real(request, space, number, *others)
 
     with monkeypatch.context() as patch:
         patch.setattr(runs, "evaluate_block", full)

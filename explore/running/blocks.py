@@ -8,7 +8,6 @@ from functools import cache
 import numpy as np
 
 from explore._version import __version__
-from explore.evaluation.evaluate import evaluate_columns
 from explore.mechanisms.linkages.table import LinkageTable
 from explore.mechanisms.registry import MECHANISMS, mechanism_by_name
 from explore.model.columns import Arrays
@@ -16,6 +15,7 @@ from explore.model.request import Objective, Request
 from explore.model.status import Status
 from explore.results.ranking.pareto import find_front
 from explore.results.ranking.tallies import Tally
+from explore.running.slices import evaluate_on_threads
 from explore.studies.designs.solved_lengths import SolvedSpace
 from explore.studies.designs.spaces import BLOCK_SIZE, DesignSpace
 
@@ -43,13 +43,13 @@ class BlockResult:
 
 
 def evaluate_block(
-    request: Request, space: DesignSpace, number: int, objectives: Sequence[Objective] = ()
+    request: Request, space: DesignSpace, number: int, objectives: Sequence[Objective] = (), threads: int = 1
 ) -> BlockResult:
-    """Evaluate one block of a design space; with objectives, reduce it to its Pareto set.
+    """Evaluate one block of a design space, on so many threads; with objectives, reduce it to its Pareto set.
 
     Called on threads, and submitted to clusters, by `explore.running.runs._Run.compute`.
     """
-    evaluation = evaluate_columns(request, space.block(number).columns)
+    evaluation = evaluate_on_threads(request, space.block(number).columns, threads)
     arrays = evaluation.columns
     status = arrays["status"]
     if isinstance(space, SolvedSpace):

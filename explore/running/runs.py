@@ -121,11 +121,12 @@ class _Run:
     def compute(self, workers: Client | LocalThreads) -> None:
         """Compute the pending blocks."""
         study, objectives = self._study, self._collector.objectives
-        is_local = isinstance(workers, LocalThreads)
+        local = workers if isinstance(workers, LocalThreads) else None
+        threads = max(local.count // self._collector.n_pending, 1) if local else 1
 
         def arguments(number: int) -> tuple[Any, ...]:
-            space = study.space if is_local else study.space.space_for_block(number)
-            return study.request, space, number, objectives
+            space = study.space if local else study.space.space_for_block(number)
+            return study.request, space, number, objectives, threads
 
         run_tasks(workers, evaluate_block, arguments, self._collector.pending, self._accept, self._reject, self._log)
         # The commits in the file decide which blocks are done, not the number of results received.

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 from explore.base.errors import RequestError
 from explore.running.attempts import Attempts
@@ -67,7 +67,7 @@ class BlocksOnThreads:
         remaining = iter(numbers)
         first = list(itertools.islice(remaining, self._count))  # no more threads than blocks
         remaining = itertools.chain(first, remaining)
-        threads = _Threads(len(first))
+        threads = Threads(len(first))
         self._note("workers", joined=threads.names, left=[], threads=len(first))
         with threads, _submitter(threads) as submit, self._waiting():
             try:
@@ -135,7 +135,7 @@ class BlocksOnThreads:
             return [None, problem]
 
 
-class _Threads:
+class Threads:
     """Threads for which Python does not wait when it ends: unlike a pool's, a second Ctrl-C ends them at once."""
 
     def __init__(self, count: int) -> None:
@@ -143,13 +143,14 @@ class _Threads:
         self._threads = [threading.Thread(target=self._work, daemon=True) for _ in range(count)]
         self.names = [thread.name for thread in self._threads]
 
-    def __enter__(self) -> None:
+    def __enter__(self) -> Self:
         try:
             for thread in self._threads:
                 thread.start()
         except BaseException:
             self.__exit__()
             raise
+        return self
 
     def __exit__(self, *_: object) -> None:
         """Drop the calls that wait, and wait for those that run."""
@@ -177,7 +178,7 @@ class _Threads:
 
 
 @contextmanager
-def _submitter(threads: _Threads) -> Iterator[Submit]:
+def _submitter(threads: Threads) -> Iterator[Submit]:
     """What submits to the pool of dask's configuration, whose calls end with the context, or to threads of ours."""
     import dask
     from dask.local import MultiprocessingPoolExecutor

@@ -1,6 +1,7 @@
 """Metrics of targets: a compiled function measures designs at once, and each metric is a row of its measures."""
 
 import functools
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -67,16 +68,19 @@ class ConstantScale:
 def keep_last(
     measure: Callable[[Motion, Any, FloatArray], Measures],
 ) -> Callable[[Motion, Any, tuple[FloatArray, ...]], Measures]:
-    """Measure columns by a function of a table, (n, p), once for all metrics of a block, which ask for the same."""
-    last: tuple[Motion, Any, FloatArray, Measures] | None = None
+    """Measure columns by a function of a table, (n, p), once for all metrics of a block, which ask for the same.
+
+    Each thread keeps what it measured last: threads take turns at blocks of their own.
+    """
+    kept = threading.local()
 
     @functools.wraps(measure)
     def measures(motion: Motion, target: Any, columns: tuple[FloatArray, ...]) -> Measures:
-        nonlocal last
-        known, table = last, np.column_stack(np.broadcast_arrays(*columns)).astype(np.float64)
-        if not known or known[:2] != (motion, target) or not np.array_equal(known[2], table, equal_nan=True):
-            known = last = motion, target, table, measure(motion, target, table)
-        return known[3]
+        last: tuple[Motion, Any, FloatArray, Measures] | None = getattr(kept, "last", None)
+        table = np.column_stack(np.broadcast_arrays(*columns)).astype(np.float64)
+        if not last or last[:2] != (motion, target) or not np.array_equal(last[2], table, equal_nan=True):
+            last = kept.last = motion, target, table, measure(motion, target, table)
+        return last[3]
 
     return measures
 
