@@ -13,7 +13,7 @@ import signal
 import sys
 
 
-def evaluate_by_plan(plan, request, space, number, objectives):
+def evaluate_by_plan(plan, request, space, number, *others):
     """Evaluate a block as the plan says."""
     import os
     import signal
@@ -34,7 +34,7 @@ def evaluate_by_plan(plan, request, space, number, objectives):
         os._exit(1)
     if poison == "crash":
         os.kill(os.getpid(), signal.SIGSEGV)
-    return evaluate_block(request, space, number, objectives)
+    return evaluate_block(request, space, number, *others)
 
 
 def main():
