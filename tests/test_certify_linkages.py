@@ -362,6 +362,16 @@ def test_jumps_and_corners_are_proved(loads, window):
     assert all(f"{metric} " in reason for metric in metrics)
 
 
+def test_what_follows_a_motor_is_open():
+    """Also where a parameter and the speed are inputs besides the statistic."""
+    loads = {"masses": {"S": 2.0}, "motor": {"flywheel": "J", "slope": 2.0}}
+    linkage, metrics = with_loads(CASES["crank-shaper"], loads), ["speed_fluctuation", "motor_torque_max"]
+    (row,) = rows_of(linkage, values_of(CASES["crank-shaper"]) | {"J": 0.5, "speed": 9.0}, metrics, window="cycle")
+    ((verdict, reason),) = proofs_of(linkage.mechanism, [row], metrics, window="cycle")
+    assert verdict == "open"
+    assert "speed_fluctuation cannot be certified: no enclosure is implemented" in reason
+
+
 @pytest.mark.parametrize("window", ["cycle", {"from": 335, "to": 357}])
 def test_motions_that_turn_back_together_are_proved(window):
     """Ram and lever; over the interval 128 bits are too few, and a zero is known to no more digits with 256."""

@@ -156,7 +156,7 @@ class Certificate:
             return work and (work if metric.formula.is_proportional else Enclosure.of(work.ball))
         if isinstance(metric.formula.function, TargetMeasure):
             return self._targets.enclose(metric.formula)
-        if metric.formula.is_proportional:
+        if metric.formula.is_proportional and len(metric.inputs) == 1:
             (source,) = metric.inputs
             return self.enclose(source) if isinstance(source, SampledMetric) else None
         # The largest of some is not that of all.
