@@ -142,7 +142,7 @@ class Loading:
         """The rate, per radian, at which the torque of the motor follows that of the drive; None without a motor."""
         if self.loads.motor is None:
             return None
-        return self._read(self.loads.motor.slope) / (self._read(self.loads.motor.flywheel) * self._speed)
+        return self._amount(self.loads.motor.slope) / (self._amount(self.loads.motor.flywheel) * self._speed)
 
     def _read(self, coordinate: Coordinate) -> Number:
         return read_expression(self._graph, coordinate, self.values)
