@@ -124,6 +124,17 @@ def test_a_steady_motor_leaves_all_to_the_flywheel():
     assert stiff["motor_torque_max"] < stiff["drive_torque_max_cycle"]
 
 
+def test_a_motor_that_is_nearly_steady_keeps_its_digits():
+    """What the mean is off by, over the rate, is no part of the energy."""
+    linkage = driven(SLIDER, "J", "k", masses={"B": 2.0})
+    slopes = np.array([0.0, 9e-30, 1e-26, 1e-24, 1e-22, 1e-20, 1e-18, 1e-15])
+    design = values_of(SLIDER) | {"J": 0.8, "k": slopes, "speed": SPEED}
+    rows = explore.evaluate(linkage, design, metrics=METRICS, window="cycle", tolerance=1e-10)
+    assert (rows["status"] == 1).all()
+    assert rows[ENERGY].to_numpy() == pytest.approx(rows[ENERGY][0], rel=1e-13)
+    assert rows[LARGEST].to_numpy() == pytest.approx(rows[LARGEST][0], abs=1e-14)
+
+
 def test_parameters_of_a_motor_are_swept_and_no_flywheel_is_no_number():
     linkage = driven(SLIDER, "J", "k", masses={"B": 2.0})
     units = {p.name: (p.unit, p.affects) for p in linkage.mechanism.parameters}
@@ -135,6 +146,16 @@ def test_parameters_of_a_motor_are_swept_and_no_flywheel_is_no_number():
     alone = explore.evaluate(linkage, {**design, "J": 0.8, "k": 2.0}, metrics=["speed_fluctuation"], window="cycle")
     assert rows["speed_fluctuation"][2] == alone["speed_fluctuation"][0]
     assert rows["speed_fluctuation"][0] < rows["speed_fluctuation"][3]
+
+
+def test_a_motor_with_a_negative_amount_is_no_number():
+    """Expressions can be negative; two of them give a rate, and a fluctuation that would rank first."""
+    loads = {"masses": {"B": 2.0}, "motor": {"flywheel": "J - 1", "slope": "k - 1"}}
+    linkage = with_loads(SLIDER, loads, J="kg m^2", k="N m s/rad")
+    design = values_of(SLIDER) | {"J": [0.5, 2.0, 0.5, 2.0], "k": [2.0, 0.5, 0.5, 2.0], "speed": SPEED}
+    rows = explore.evaluate(linkage, design, metrics=["speed_fluctuation"], window="cycle")
+    assert rows["status"].tolist() == [Status.NOT_FINITE] * 3 + [1]
+    assert np.isnan(rows["speed_fluctuation"][:3]).all()
 
 
 def test_the_content_of_a_motor_describes_it():

@@ -36,6 +36,8 @@ _CUTS = 7
 _MOST_PARTS = 256
 #: Largest exponent of exp(r phi) on a part of the first cut, on an average.
 _GROWTH = 4.0
+#: Rate up to which e begins a turn at 0; error of the mean over such a rate would take all digits of e.
+_STEADY = 1e-16
 #: Full turn, rad.
 _TURN = 2.0 * math.pi
 #: First of the numbers -e' at the ends and nodes of a part, behind e there.
@@ -107,7 +109,7 @@ def _measure(fill, sizes, tables, s, i, stride, mean, rms, work, tile):
         parts *= 2
     for number in range(_CUTS):
         end = _end_of_turn(fill, rows, tables, s, i, stride, mean, rate, parts, work, tile)
-        start = -end / math.expm1(-_TURN * rate) if rate > 0.0 else 0.0
+        start = -end / math.expm1(-_TURN * rate) if rate > _STEADY else 0.0
         end, low, high = _follow_turn(fill, rows, tables, s, i, stride, mean, rate, parts, start, work, tile)
         nodes += 2 * parts * work.panel_count[i] * _NODES
         if number > 0:
