@@ -135,6 +135,15 @@ def test_a_motor_that_is_nearly_steady_keeps_its_digits():
     assert rows[LARGEST].to_numpy() == pytest.approx(rows[LARGEST][0], abs=1e-14)
 
 
+@pytest.mark.parametrize("slope", [2.01, 1e5, 1e300])
+def test_a_motor_that_follows_the_load_at_once_has_no_numbers(slope):
+    """Its largest torque is that of the drive, which is a metric of its own."""
+    row = evaluate(driven(SLIDER, 2e-3 / SPEED, slope, masses={"B": 2.0}), values_of(SLIDER))
+    assert row["status"] == Status.NOT_FINITE
+    assert np.isnan(row[METRICS[:4]].astype(float)).all()
+    assert np.isfinite(evaluate(driven(SLIDER, 2e-3 / SPEED, 1.99, masses={"B": 2.0}), values_of(SLIDER))[ENERGY])
+
+
 def test_parameters_of_a_motor_are_swept_and_no_flywheel_is_no_number():
     linkage = driven(SLIDER, "J", "k", masses={"B": 2.0})
     units = {p.name: (p.unit, p.affects) for p in linkage.mechanism.parameters}
@@ -175,6 +184,7 @@ def test_the_content_of_a_motor_describes_it():
             {"motor": {"flywheel": -0.8, "slope": 1}, "masses": {"B": 1}},
             "motor.flywheel: must not be negative, got -0.8",
         ),
+        ({"motor": {"flywheel": 0, "slope": 1}, "masses": {"B": 1}}, "motor.flywheel: must not be 0: the motor's torque"),
         ({"motor": 3.0, "masses": {"B": 1}}, r"motor = \{ flywheel = 0.8, slope = 2.5 \}"),
     ],
 )

@@ -32,6 +32,8 @@ from explore.evaluation.quadrature.slots import BOUND, LAGGED_FLUCTUATION, LAGGE
 _NODES = 16
 #: Number of cuts of the panels, each into twice as many parts as the one before.
 _CUTS = 7
+#: Largest rate, whose motor gives what the load takes a thousandth of a radian later, and is not resolved beyond.
+_LARGEST_RATE = 1e3
 #: Largest number of parts of the first cut.
 _MOST_PARTS = 256
 #: Largest exponent of exp(r phi) on a part of the first cut, on an average.
@@ -96,11 +98,8 @@ def _measure(fill, sizes, tables, s, i, stride, mean, rms, work, tile):
 
     The bound is of the range of e, over the rms times a turn, and of r times the least e, over the rms.
     """
-    rows, first = sizes.rows, work.first_panel[i]
-    _place_part(work.panels, first, -1.0, 1.0, tables, tile)
-    _fill_nodes(fill, tables, s, work.panels, first, tile)
-    rate = tile.signals[tables.lag_rows[s] * LANES]
-    if not rate < math.inf:
+    rows, rate = sizes.rows, _rate_of_lag(fill, tables, s, work.first_panel[i], work, tile)
+    if not rate <= _LARGEST_RATE:
         return rate, math.nan, math.nan, 0.0, _NODES
     low = high = previous_low = previous_high = 0.0
     difference = bound = math.inf
@@ -108,8 +107,10 @@ def _measure(fill, sizes, tables, s, i, stride, mean, rms, work, tile):
     while parts < _MOST_PARTS and rate * _TURN > _GROWTH * work.panel_count[i] * parts:
         parts *= 2
     for number in range(_CUTS):
-        end = _end_of_turn(fill, rows, tables, s, i, stride, mean, rate, parts, work, tile)
-        start = -end / math.expm1(-_TURN * rate) if rate > _STEADY else 0.0
+        start = 0.0
+        if rate > _STEADY:
+            end = _end_of_turn(fill, rows, tables, s, i, stride, mean, rate, parts, work, tile)
+            start = -end / math.expm1(-_TURN * rate)
         end, low, high = _follow_turn(fill, rows, tables, s, i, stride, mean, rate, parts, start, work, tile)
         nodes += 2 * parts * work.panel_count[i] * _NODES
         if number > 0:
@@ -121,6 +122,14 @@ def _measure(fill, sizes, tables, s, i, stride, mean, rms, work, tile):
             break
         previous_low, previous_high, parts = low, high, 2 * parts
     return rate, low, high, bound, nodes
+
+
+@subroutine()
+def _rate_of_lag(fill, tables, s, k, work, tile):
+    """The rate of the lag of a row of the design of panel k."""
+    _place_part(work.panels, k, -1.0, 1.0, tables, tile)
+    _fill_nodes(fill, tables, s, work.panels, k, tile)
+    return tile.signals[tables.lag_rows[s] * LANES]
 
 
 @subroutine()

@@ -111,6 +111,8 @@ class LoadReader:
             self._problems.append((key, f"drives a link that turns fully, and {self._driver} does not"))
         given = read_table(entry, key, _MOTOR_KEYS, _MOTOR, self._problems, _MOTOR_KEYS)
         flywheel = self._amount(given.get("flywheel", 1), (*key, "flywheel"), "kg m^2")
+        if not flywheel.names and flywheel.steps[0][1] == 0.0:
+            self._problems.append(((*key, "flywheel"), "must not be 0: the motor's torque would be that of the drive"))
         return Motor(flywheel, self._amount(given.get("slope", 0), (*key, "slope"), "N m s/rad"))
 
     # kinds of loads
