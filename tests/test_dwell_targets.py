@@ -12,9 +12,9 @@ from scipy.optimize import minimize_scalar
 from target_studies import study_of
 
 import explore
-from explore.base.compiling import as_argument, compiled
+from explore.base.compiling import LANES, as_argument, compiled
 from explore.mechanisms.targets.dwell_errors.measuring import N_MEASURES, VALUE, measure_dwells
-from explore.mechanisms.targets.path_errors.curve import CURVE_SIGNATURE
+from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, ROWS_SIGNATURE
 from explore.studies.request.names import find_mechanism
 
 TABLES = Path(explore.__file__).parent / "data" / "linkages"
@@ -226,10 +226,15 @@ def test_a_crank_that_does_not_turn_has_no_dwell():
     assert status[0] != 1
 
 
-@compiled(CURVE_SIGNATURE)
-def cosine_up_to(shape, cosine, sine, out):
+@compiled(ROWS_SIGNATURE)
+def cosine_up_to(shapes, cosines, sines, count, out):
     """An output at the cosine of the input's angle, which is not defined where that is above a number."""
-    out[:4] = cosine if cosine <= shape[0] else math.nan, 0.0, -sine, -cosine
+    for row in range(count):
+        for lane in range(LANES):
+            cosine, sine = cosines[row * LANES + lane], sines[row * LANES + lane]
+            numbers = out[row * CURVE_SIZE * LANES + lane :]
+            numbers[0], numbers[LANES] = cosine if cosine <= shapes[lane] else math.nan, 0.0
+            numbers[2 * LANES], numbers[3 * LANES] = -sine, -cosine
 
 
 def test_an_output_that_is_not_defined_at_an_angle_has_no_dwell():
@@ -237,7 +242,7 @@ def test_an_output_that_is_not_defined_at_an_angle_has_no_dwell():
     value = 1.0 - math.cos(0.5 * angle)
     for asked, most, wanted in ((angle, 0.0, value), (0.0, value, angle)):
         measures = np.zeros((len(designs), N_MEASURES))
-        measure_dwells(as_argument(cosine_up_to, CURVE_SIGNATURE), designs, False, asked, most, measures)
+        measure_dwells(as_argument(cosine_up_to, ROWS_SIGNATURE), designs, False, asked, most, measures)
         assert measures[0, VALUE] == pytest.approx(wanted, rel=1e-9)
         assert np.isnan(measures[1:]).all()
 

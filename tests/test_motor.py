@@ -184,7 +184,10 @@ def test_the_content_of_a_motor_describes_it():
             {"motor": {"flywheel": -0.8, "slope": 1}, "masses": {"B": 1}},
             "motor.flywheel: must not be negative, got -0.8",
         ),
-        ({"motor": {"flywheel": 0, "slope": 1}, "masses": {"B": 1}}, "motor.flywheel: must not be 0: the motor's torque"),
+        (
+            {"motor": {"flywheel": 0, "slope": 1}, "masses": {"B": 1}},
+            "motor.flywheel: must not be 0: the motor's torque",
+        ),
         ({"motor": 3.0, "masses": {"B": 1}}, r"motor = \{ flywheel = 0.8, slope = 2.5 \}"),
     ],
 )

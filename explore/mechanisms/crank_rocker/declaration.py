@@ -165,7 +165,7 @@ _EXTENDED = Mechanism(
         "clutch": (*_CLOSED_NAMES, *_CLUTCH_DEFAULTS),
     },
     objectives=("cv", "swing_angle:max", "transmission_angle_min:max"),
-    kernel_version="25",
+    kernel_version="26",
     table=loaded_four_bar("branch"),
     table_signals=signals_of_four_bar,
     exact=exact_four_bar,

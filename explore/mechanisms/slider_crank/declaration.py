@@ -164,7 +164,7 @@ _EXTENDED = Mechanism(
         "cycle": (*_CLOSED_NAMES, *_SAMPLED_DEFAULTS[1:], "slider_velocity_rms"),
     },
     objectives=("cv", "slider_acceleration_peak", "pressure_angle_max"),
-    kernel_version="22",
+    kernel_version="23",
     table=LOADED_TABLE,
     table_signals=signals_of_slider_crank,
     exact=exact_slider_crank,

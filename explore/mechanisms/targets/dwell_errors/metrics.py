@@ -27,7 +27,7 @@ def measure_dwell(motion: Motion, dwell: tuple[DwellTarget, bool], table: FloatA
     target, turns = dwell
     measures = np.empty((len(table), N_MEASURES))
     travel = target.travel / _DEGREES if turns else target.travel
-    measure_dwells(motion.function(), motion.shapes(table), turns, target.angle / _DEGREES, travel, measures)
+    measure_dwells(motion.function_of_rows(), motion.shapes(table), turns, target.angle / _DEGREES, travel, measures)
     return (measures,)
 
 

@@ -13,12 +13,16 @@ MOST_REVERSALS = 256
 N_STARTS = 256
 #: Number of intervals of them that are left out as a whole.
 N_INTERVALS = 32
-#: Steps of a bisection, from half a piece to roundings.
-_BISECTIONS = 50
 #: Steps of a golden section, from two of the starts that are compared to 4e-14 rad.
 _SECTIONS = 58
 #: Largest number of angles that the search of the longest rest compares.
 _MOST_ANGLES = 60
+#: Largest number of steps to a place between two others.
+_MOST_STEPS = 80
+#: Number of bisections after a secant that does not halve an interval, as where a value bends.
+_BISECTIONS = 3
+#: Length of an interval that secants leave, rad or parts of a piece.
+_EXACT = 1e-14
 #: Distance of the first start beside one that is tried, rad.
 _NEAR = 1e-6
 #: Length of an angle of rest that is known well enough, rad.
@@ -34,16 +38,37 @@ def _derivative(piece, order, u):
     return value
 
 
+@subroutine(inlined=True)
+def _between(low, high, at_low, at_high, bisections):
+    """A place between two with values of two signs: the middle while bisections are due, else that of the secant.
+
+    The value at an end that stays is halved by the caller, so that this end moves, too.
+    """
+    return low + (high - low) * (0.5 if bisections > 0 else at_low / (at_low - at_high))
+
+
+@subroutine(inlined=True)
+def _due(bisections, length, rest):
+    """How many bisections are due after a step that left a rest of a length: some where a secant did not halve it."""
+    return bisections - 1 if bisections > 0 else 0 if abs(rest) <= 0.5 * abs(length) else _BISECTIONS
+
+
 @subroutine()
 def _change_of_sign(piece, order, low, high):
     """Where a derivative changes its sign between two places where it has two."""
-    rises = _derivative(piece, order, low) >= 0.0
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        if (_derivative(piece, order, middle) >= 0.0) == rises:
-            low = middle
+    at_low, at_high = _derivative(piece, order, low), _derivative(piece, order, high)
+    rises, bisections = at_low >= 0.0, 0
+    for _ in range(_MOST_STEPS):
+        length = high - low
+        if length <= _EXACT:
+            break
+        place = _between(low, high, at_low, at_high, bisections)
+        value = _derivative(piece, order, place)
+        if (value >= 0.0) == rises:
+            low, at_low, at_high = place, value, 0.5 * at_high
         else:
-            high = middle
+            high, at_high, at_low = place, value, 0.5 * at_low
+        bisections = _due(bisections, length, high - low)
     return 0.5 * (low + high)
 
 
@@ -93,11 +118,10 @@ def travel(motion, start, angle):
     turn = math.floor(start / TURN)
     start -= TURN * turn
     for k in range(found):
-        at = reversals[k, 0]
-        for ahead in range(2):
-            if start < at + TURN * ahead < start + angle:
-                value = reversals[k, 1] + drift * (turn + ahead)
-                low, high = min(low, value), max(high, value)
+        ahead = 0 if reversals[k, 0] > start else 1
+        if reversals[k, 0] + TURN * ahead < start + angle:
+            value = reversals[k, 1] + drift * (turn + ahead)
+            low, high = min(low, value), max(high, value)
     return high - low
 
 
@@ -143,11 +167,18 @@ def _fill_events(motion, angle, events):
 def least_travel(motion, angle, start, travels, events):
     """The start of the least travel during an angle of the input, and that travel.
 
-    `start` is one that may be near; `travels` has N_STARTS numbers, `events` 2 MOST_REVERSALS + 1. Intervals of starts
-    are left out in which no travel is less. Those between two events that are nearer than starts are searched alone.
+    `start` is one that may be near, NaN for none; `travels` has N_STARTS numbers, `events` 2 MOST_REVERSALS + 1.
+    Intervals of starts are left out in which no travel is less. Those between two events that are nearer than starts
+    are searched alone.
     """
     step, wide, share = TURN / N_STARTS, TURN / N_INTERVALS, N_STARTS // N_INTERVALS
-    start, least = _least_between(motion, angle, start - step, start + step)
+    least = math.inf
+    if start == start:
+        start, least = _least_between(motion, angle, start - step, start + step)
+    for k in range(N_INTERVALS):
+        value = travel(motion, wide * k, angle)
+        if value < least:
+            start, least = wide * k, value
     for k in range(N_INTERVALS):
         leaves_out = _least_bound(motion, angle, wide * k, wide) >= least
         for j in range(k * share, (k + 1) * share):
@@ -186,7 +217,7 @@ def longest_rest(motion, most, error, travels, events):
     # the last angle, the one beyond the zero from it, and the one before, with what their travels are above `most`
     a, b, c = 0.0, TURN, TURN
     at_a, at_b, at_c = -most, whole - most, whole - most
-    part, guess = 0.5, 0.0
+    part, guess = 0.5, math.nan
     for _ in range(_MOST_ANGLES):
         angle = a + part * (b - a)
         guess, value = least_travel(motion, angle, guess, travels, events)
@@ -234,10 +265,17 @@ def _reach(motion, angle, start, most, sense):
         if abs(outside) >= 0.5 * TURN:
             return sense * 0.5 * TURN
         inside, outside = outside, 2.0 * outside
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (inside + outside)
-        if travel(motion, start + middle, angle) <= most:
-            inside = middle
+    below, above = travel(motion, start + inside, angle) - most, travel(motion, start + outside, angle) - most
+    bisections = 0
+    for _ in range(_MOST_STEPS):
+        length = outside - inside
+        if abs(length) <= _EXACT:
+            break
+        place = _between(inside, outside, below, above, bisections)
+        value = travel(motion, start + place, angle) - most
+        if value <= 0.0:
+            inside, below, above = place, value, 0.5 * above
         else:
-            outside = middle
+            outside, above, below = place, value, 0.5 * below
+        bisections = _due(bisections, length, outside - inside)
     return inside
