@@ -35,7 +35,6 @@ def _of_point(point: str, equations: Equations) -> Iterator[Quantity]:
     x, y = equations.points[point]
     for axis, series in (("x", x), ("y", y)):
         yield _quantity(f"{point}_{axis}", "mm", f"{axis} of {point}", series.terms[0])
-    squares = []
     for order, (word, unit) in enumerate((("velocity", "mm/s"), ("acceleration", "mm/s^2")), 1):
         for axis, series in (("x", x), ("y", y)):
             below = f"{point}_{axis}" if order == 1 else f"{point}_velocity_{axis}"
@@ -48,15 +47,14 @@ def _of_point(point: str, equations: Equations) -> Iterator[Quantity]:
                 below,
             )
         square = x.terms[order] * x.terms[order] + y.terms[order] * y.terms[order]
-        squares.append(square)
         quantity = _quantity(f"{point}_{word}", unit, f"{word} of {point}, its magnitude", square, order)
         yield replace(quantity, signal=replace(quantity.signal, is_magnitude=True))
-    speed = squares[0].sqrt()
-    cube = squares[0] * speed
-    curvature = equations.path_turning(point) / cube
+    curvature, link = equations.curvature(point)
     long_name = f"curvature of the path of {point}, positive where it turns left"
     quantity = _quantity(f"{point}_curvature", "1/mm", long_name, curvature)
-    yield replace(quantity, signal=replace(quantity.signal, has_own_singularities=True))
+    jumps_at = (f"{link}_velocity",) if link else ()
+    signal = replace(quantity.signal, has_own_singularities=not link, has_corners=bool(link), corners_at=jumps_at)
+    yield replace(quantity, signal=signal)
 
 
 def _of_link(link: str, equations: Equations) -> Iterator[Quantity]:

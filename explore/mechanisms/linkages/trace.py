@@ -162,19 +162,21 @@ class Trace:
         first, second = (cosine.terms[0] * sine.terms[k] - sine.terms[0] * cosine.terms[k] for k in (1, 2))
         return first, second
 
-    def path_turning(self, point: str) -> Number:
-        """The cross product of the velocity and the acceleration of a point, mm^2.
+    def curvature(self, point: str) -> tuple[Number, str]:
+        """The curvature of the path of a point, 1/mm, and the link with whose rate it changes its sign; "" for none.
 
-        It is w^3 r^2 of a link that turns about a point of the frame at the rate w, without w' that cancels. The table
-        lists no driven pin with the link that has its slot, along which it moves.
+        It is 1/r of a link that turns about a point of the frame. The table lists no driven pin with the link that has
+        its slot, along which it moves.
         """
         x, y = self.points[point]
         for body in self.table.links:
             pivot = next((each for each in body.place_of if each in self.table.frame.place_of), None)
             if point in body.place_of and pivot:
                 rate, arm = self.turning_of(body.name)[0], minus((x, y), self.points[pivot])
-                return rate * rate * rate * dot(arm, arm).terms[0]
-        return cross((x.terms[1], y.terms[1]), (x.terms[2], y.terms[2]))
+                sense = rate / (rate * rate).sqrt()
+                return sense / dot(arm, arm).terms[0].sqrt(), body.name if rate.value is None else ""
+        square = x.terms[1] * x.terms[1] + y.terms[1] * y.terms[1]
+        return cross((x.terms[1], y.terms[1]), (x.terms[2], y.terms[2])) / (square * square.sqrt()), ""
 
     # coordinates of the design
 
