@@ -405,14 +405,15 @@ def test_a_speed_that_shapes_the_motion_is_shown_in_rpm_too(tmp_path):
 
 
 def test_simulate_tells_the_speed_of_a_study_in_rpm(tmp_path):
-    """As all commands do where the study gives it so; bare numbers of --set stay in the declared unit."""
+    """As all commands do where the study gives it so; bare numbers of --set are in what is told, as those of tune."""
     text = 'mechanism = "crank-rocker"\n[parameters]\ncrank = 100\ncoupler = 1083.4236\nrocker = 541.7118\n'
     (tmp_path / "turning.toml").write_text(text + 'ground = 691.7118\nspeed = "60 rpm"\n')
     (tmp_path / "plain.toml").write_text(text + "ground = 691.7118\nspeed = 6\n")
     for name, words, end in (
         ("turning", (), "speed = 60 rpm"),
         ("turning", ("--units", "declared"), "speed = 6.283185307"),
-        ("turning", ("--set", "speed=6"), "speed = 60 rpm, but speed = 57.29577951 rpm"),
+        ("turning", ("--set", "speed=6"), "speed = 60 rpm, but speed = 6 rpm"),
+        ("turning", ("--set", "speed=6", "--units", "declared"), "speed = 6.283185307, but speed = 6"),
         ("plain", (), "speed = 6"),
     ):
         told = run("simulate", f"{name}.toml", "--angles", 1, *words, cwd=tmp_path).stderr.splitlines()

@@ -16,6 +16,7 @@ from explore.analysis.tolerancing.derivatives import contributions
 from explore.analysis.tolerancing.outcomes import TolerancedRequest
 from explore.analysis.tolerancing.runs import ToleranceRun, write_toleranced
 from explore.analysis.tolerancing.spreads import CHUNK, chunk_deviations
+from explore.base.errors import RequestError
 from explore.base.units.shown import PLAIN, Scale, ShownUnits, in_units
 from explore.mechanisms.linkages.declared import table_of
 from explore.mechanisms.linkages.table import PREFIX
@@ -132,6 +133,8 @@ class Robustness:
         """The first parts that were drawn of a design: deviations, metrics, and ``feasible``, up to 65,536 rows."""
         import pandas as pd
 
+        if design not in self.designs.index:
+            raise RequestError(f"design {design} was not analysed; available: {', '.join(map(str, self.designs.index))}")
         request, place = self._run.request, list(self.designs.index).index(design)
         deviations = chunk_deviations(request, self.seed, 0, min(CHUNK, self.draws))
         found = request.outcomes(self._run.designs[place], deviations)

@@ -72,7 +72,7 @@ def simulate(
         shown = choose_units(units, study.units.units)
         places = parse_points(points or [], shown)
         told = units_of_designs(units, study)
-        name, parameters, places = _study_design(study, config, design, settings or [], places, (shown, told))
+        name, parameters, places = _study_design(study, config, design, settings or [], places, told)
         target = study.request.mechanism.target
     else:
         shown, name, target = choose_units(units), mechanism or "", None
@@ -91,11 +91,11 @@ def simulate(
 
 
 def _study_design(
-    study: Study, config: Path, design: int, settings: list[str], places: Places, units: tuple[ShownUnits, ShownUnits]
+    study: Study, config: Path, design: int, settings: list[str], places: Places, units: ShownUnits
 ) -> tuple[str, dict[str, float], Places]:
     """The mechanism of a study, and one of its designs, with the given parameters and points in place of its own.
 
-    `units` are those of numbers of the command line without one, and those in which the design is told.
+    `units` are those in which the design is told, and of settings without one.
     """
     from explore.model.points import coordinates
     from explore.model.status import Status
@@ -107,11 +107,11 @@ def _study_design(
         )
     name, points = study.request.mechanism.name, study.request.mechanism.points
     own = {key: float(values[0]) for key, values in study.space.designs(design, design + 1).items()}
-    replaced = parse_settings(name, settings, points, units[0], study.request.mechanism.target)
+    replaced = parse_settings(name, settings, points, units, study.request.mechanism.target)
     unreachable = [key for key, value in own.items() if math.isnan(value) and key not in replaced]
     if unreachable:
         raise MotionError(f"design {design} of {config} has no {unreachable[0]}: {Status.UNREACHABLE.sentence}")
-    scales = units[1].scales({p.name: p.unit for p in study.request.mechanism.parameters})
+    scales = units.scales({p.name: p.unit for p in study.request.mechanism.parameters})
     exceptions = f", but {list_settings(replaced, scales)}" if replaced else ""
     say(f"design {design} of {n_designs:,}: {list_settings(own, scales)}{exceptions}")
     parameters = own | replaced
