@@ -18,6 +18,7 @@ from linkage_cases import (
     linkage_of,
     scattered,
     trace,
+    trammel,
     values_of,
     wanted_statistics,
 )
@@ -189,6 +190,18 @@ def test_an_output_that_rests_is_not_decided():
     row = explore.evaluate(Linkage(RESTING), {"r": 30.0}, metrics=["time_ratio"])
     assert label(row) == "strokes_not_decided"
     assert label(explore.evaluate(Linkage(RESTING), {"r": 30.0}, metrics=["rocker_velocity_max"])) == "ok"
+
+
+@pytest.mark.parametrize("load", ["springs", "dampers"])
+@pytest.mark.parametrize("output", ["h", "v"])
+def test_strokes_do_not_depend_on_points_that_loads_join(output, load):
+    """P meets O where v turns back."""
+    element = {"between": ["P", "O"], "rate": 0.5} | ({"rest": 10.0} if load == "springs" else {})
+    values = {"l": 100.0, "m": 30.0} | ({"speed": 4.0} if load == "dampers" else {})
+    linkage = trammel(output=output, loads={load: {"joining": element}})
+    row = explore.evaluate(linkage, values, metrics=["time_ratio", "drive_torque_max_forward"])
+    assert row["time_ratio"].iloc[0] == pytest.approx(1.0, abs=1e-15)
+    assert label(row) != "strokes_not_decided"
 
 
 @pytest.mark.parametrize(

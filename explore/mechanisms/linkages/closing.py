@@ -42,6 +42,8 @@ class Sizes(NamedTuple):
     ----------
     factors, functions
         Number of factors, and of factors and squares of distances; see `turning`.
+    of_motion
+        Number of the first functions, on which motions depend; on the others only loads do.
     links
         Number of links whose references are filled.
     constants
@@ -60,6 +62,7 @@ class Sizes(NamedTuple):
 
     factors: int
     functions: int
+    of_motion: int
     links: int
     constants: int
     status: int

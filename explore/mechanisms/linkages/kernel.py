@@ -81,7 +81,7 @@ def make_kernel(
     """Make the functions that fill rows of signals, the `outputs`; they are translated when they are needed.
 
     `links` are those whose angles are among them, in the order of their references, `joints` in that of their statuses,
-    and `squares` those of distances that signals divide by, beside those of the equations. The `rate` of the output,
+    and `squares` those of distances that loads divide by, beside those of the equations. The `rate` of the output,
     with slope and size, is given where its reversals are asked for; `tells_reach` where the intervals are at which a
     design assembles that does not turn. Of `loops` the moments over the turn are asked for, at the given places.
     """
@@ -97,9 +97,9 @@ def make_kernel(
     parameters = {name: row for row, name in enumerate(parameter_names(equations.table), status + 1)}
     factors, harmonics = len(equations.factors), _harmonics(functions)
     sizes = Sizes(
-        factors, len(functions), len(links), rows.count, status, status + 1 + len(parameters), harmonics,
-        int(harmonics == (1 << len(functions)) - 1), len(equations.groups), rows.first_group, int(bool(rate)),
-        int(tells_reach),
+        factors, len(functions), len(functions) - len(squares), len(links), rows.count, status,
+        status + 1 + len(parameters), harmonics, int(harmonics == (1 << len(functions)) - 1), len(equations.groups),
+        rows.first_group, int(bool(rate)), int(tells_reach),
     )  # fmt: skip
     closing = _Closing(
         sizes,

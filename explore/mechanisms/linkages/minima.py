@@ -22,7 +22,7 @@ _ROUNDS = 8
 
 @subroutine(allocates=True)
 def find_minima(sizes, check, tile, minima):
-    """Fill angle and distance, rad, of the zero above each minimum; return their number.
+    """Fill angle and distance, rad, of the zero above each minimum of what motions depend on; return their number.
 
     A function is like a parabola there. All lanes of the tile are one design.
     """
@@ -37,7 +37,7 @@ def find_minima(sizes, check, tile, minima):
             for lane in range(LANES):
                 samples[s * (_CELLS + 1) + first + lane] = values[s * LANES + lane]
     found = 0
-    for s in range(functions):
+    for s in range(sizes.of_motion):
         own, slopes = samples[s * (_CELLS + 1) :], samples[(functions + s) * (_CELLS + 1) :]
         own[_CELLS], slopes[_CELLS] = own[0], slopes[0]
         greatest = 0.0

@@ -59,8 +59,8 @@ def _count_reversals(sizes, check, rate, tile, rates, lane, counts, places):
     cells, halves = np.empty(cell.MOST_CELLS * reversal.CELL_SIZE), np.empty(2 * LANES * reversal.CELL_SIZE)
     tangents, anchors, marks = np.empty(LANES), np.empty(LANES), np.empty(reversal.RATE_ROWS * LANES)
     minima, found = np.empty(2 * minimum.MOST_MINIMA), 0
-    distance = tile[DISTANCE_ROW * LANES]
-    if sizes.is_harmonic > 0 and 0.0 < distance < minimum.NEAR <= tile[OTHERS_ROW * LANES]:
+    distance, knows_all = tile[DISTANCE_ROW * LANES], sizes.is_harmonic > 0 and sizes.of_motion == sizes.functions
+    if knows_all and 0.0 < distance < minimum.NEAR <= tile[OTHERS_ROW * LANES]:
         minima[0], minima[1], found = tile[SINGULAR_ANGLE_ROW * LANES], 2.0 * math.atanh(distance), 1
     elif distance < minimum.NEAR:
         found = minimum.find_minima(sizes, check, tile, minima)
