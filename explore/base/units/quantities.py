@@ -41,6 +41,10 @@ _TURN = 360
 _LARGEST_RATIONAL = 2**53
 
 
+class UnitError(RequestError):
+    """A number has a unit that is not one for it."""
+
+
 class WrittenNumber(float):
     """A number of a text: the nearest double, and the decimal digits, which tell large angles apart."""
 
@@ -197,7 +201,7 @@ def _factor(source: str, target: str) -> Fraction:
         own, wanted = _root_units(source, _unit_hint(target)), _root_units(target or "1", "")
     # Root units, not dimensions: they keep the radian, so that "1 Hz" is not taken for 1 rad/s.
     if own[1] != wanted[1]:
-        raise RequestError(f"{format_value(source)} cannot be converted to '{target or '1'}'{_unit_hint(target)}")
+        raise UnitError(f"{format_value(source)} cannot be converted to '{target or '1'}'{_unit_hint(target)}")
     return own[0] / wanted[0]
 
 
@@ -208,7 +212,7 @@ def _root_units(unit: str, hint: str) -> tuple[Fraction, pint.Unit]:
     if len(unit) > _MOST_CHARACTERS:
         raise RequestError(f"{format_value(unit)} is not a unit{hint}")
     if _TON.search(unit):
-        raise RequestError("'ton' is 907, 1000 or 1016 kg; write short_ton, tonne or long_ton")
+        raise UnitError("'ton' is 907, 1000 or 1016 kg; write short_ton, tonne or long_ton")
     try:
         factor, root = _registry().get_root_units(unit.replace("·", "*"))
     except pint.UndefinedUnitError as error:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from explore.base.entries import note_unknown
 from explore.base.errors import KeyPath, Problems, RequestError
 from explore.base.suggest import format_value
-from explore.base.units.quantities import quantity
+from explore.base.units.quantities import UnitError, quantity
 from explore.evaluation.propagation import Bounded, propagate
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, Place, constant, joined
 from explore.model.expressions import Expression, run
@@ -85,9 +84,14 @@ def _coordinate(
             return constant(quantity(entry, unit))
         formula = parse_formula(entry)
     except RequestError as error:
-        with suppress(RequestError):
+        reason = str(error)
+        try:
             return constant(quantity(entry, unit))
-        problems.append((key, str(error)))
+        except UnitError as wrong:
+            reason = f"{wrong}; before a parameter write an operator: + - * / or **"
+        except RequestError:
+            pass
+        problems.append((key, reason))
         return ZERO
     return _checked(Coordinate(tuple(formula.names), formula.expression.steps), key, problems)
 
