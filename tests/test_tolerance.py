@@ -366,13 +366,18 @@ def test_an_analysis_that_was_killed_is_finished(folder, robustness, tmp_path, m
             assert getattr(found, table).equals(getattr(whole, table))
 
 
-def test_a_finished_file_is_told_so_and_units_stay_at_80_columns(folder, robustness, tmp_path):
+@pytest.mark.parametrize(("width", "left_out"), [("80", []), ("64", ["mean"])])
+def test_a_finished_file_is_told_so_and_units_stay(folder, robustness, tmp_path, monkeypatch, width, left_out):
+    monkeypatch.setenv("COLUMNS", width)
     design, path = str(robustness.designs.index[0]), tmp_path / "one.h5"
     command = ["tolerance", str(folder / "study.h5"), "--design", design, "--draws", "1024", "-o", str(path)]
     code, out, err = call(*command)
     assert (code, err.splitlines()[-1]) == (0, f"wrote {path}")
-    assert "1 column left out: mean; --json prints all" in out
-    assert ["metric", "unit", "nominal", "std", "lowest", "highest"] in [line.split() for line in out.splitlines()]
+    assert ("1 column left out: mean; --json prints all" in out) == bool(left_out)
+    lines = [line.split() for line in out.splitlines()]
+    wanted = [name for name in ("metric", "nominal", "mean", "std", "lowest", "highest") if name not in left_out]
+    assert wanted in lines
+    assert ["swing_angle", "[deg]"] in [words[:2] for words in lines]
     code, _, err = call(*command)
     assert (code, err.splitlines()[-1]) == (0, f"{path} is complete already: 1 designs")
 

@@ -154,17 +154,17 @@ def _print_design(robustness: Robustness, scales: Mapping[str, Scale]) -> None:
     for line in _yield_lines(design, {str(name): value for name, value in robustness.failures.iloc[0].items()}):
         say(line, data=True)
     metrics = robustness.metrics_of(design)
-    columns = [("metric", ""), ("unit", ""), *((name, "") for name in ("nominal", "mean", "std", "lowest", "highest"))]
+    columns = [("metric", ""), *((name, "") for name in ("nominal", "mean", "std", "lowest", "highest"))]
     rows = [
         [
-            name, shown_unit(row["unit"]), number(row["nominal"], 7), number(row["mean"], 7), number(row["std"], 3),
-            _extreme(row, "low"), _extreme(row, "high"),
+            f"{name} [{unit}]" if (unit := shown_unit(row["unit"])) else name, number(row["nominal"], 7),
+            number(row["mean"], 7), number(row["std"], 3), _extreme(row, "low"), _extreme(row, "high"),
         ]
         for name, row in metrics.items()
     ]  # fmt: skip
     caption = "lowest and highest over the box of the tolerances; * found by a search, not at a corner"
     named = headings(scales, metrics)
-    print_table("metrics of parts", columns, rows, caption, droppable=["mean", "unit"], hint="--json prints all")
+    print_table("metrics of parts", columns, rows, caption, droppable=["mean"], hint="--json prints all")
     for column, title, scale, digits in (
         ("share", "share of the variance to first order, %", 100.0, 3),
         ("derivative", f"first derivatives, in the unit of the metric per {_unit_of(robustness, scales)}", 1.0, 6),
