@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from command_line import assert_refused, call, run, succeed
-from linkage_cases import CASES
+from linkage_cases import CASES, linkage_of, values_of
 from matplotlib.colors import to_hex
 from scipy.special import ndtr
 from scipy.stats import binomtest
@@ -469,6 +469,20 @@ def test_the_chart_marks_limits_and_shares(robustness):
     assert 0 < missed.sum() < len(sample)
     with pytest.raises(RequestError, match="design -1 was not analysed"):
         charts.tolerance_chart(robustness, -1)
+
+
+def test_the_chart_tells_more_parameters_apart_than_there_are_colours(tmp_path):
+    case = CASES["jansen"]
+    values = values_of(case)
+    study = explore.Study(mechanism=linkage_of(case), parameters=values, metrics=["transmission_angle_min"])
+    explore.sweep(study, tmp_path / "leg.h5")
+    robustness = explore.tolerance(tmp_path / "leg.h5", dict.fromkeys(values, 0.1), draws=64)
+    figure = charts.tolerance_chart(robustness)
+    bars = figure.axes[0].patches
+    assert len({(to_hex(bar.get_facecolor()), bar.get_hatch()) for bar in bars}) == len(values) > 8
+    figure.draw_without_rendering()
+    (legend,) = figure.legends
+    assert legend.get_window_extent().x1 <= figure.bbox.x1
 
 
 def test_the_chart_tells_parts_without_a_value(tmp_path):

@@ -26,10 +26,16 @@ if TYPE_CHECKING:
 _ROW_HEIGHT = 1.25
 #: Height around the rows, inches.
 _REST_HEIGHT = 1.5
+#: Letters of a line of the legend.
+_LEGEND_LETTERS = 110
+#: Width of a mark of the legend with its margins, letters.
+_MARK_LETTERS = 9
 #: Number of bins of a histogram.
 _N_BINS = 60
 #: Colours of parameters in turn.
 _COLOURS = (style.BLUE, style.ORANGE, style.GREEN, style.PURPLE, style.SKY, style.BROWN, style.YELLOW, style.MUTED)
+#: Hatches of further parameters that have the same colour.
+_HATCHES = ("", "////", "....", "xxxx")
 #: Colours on which text is white.
 _DARK = (style.BLUE, style.GREEN, style.BROWN)
 
@@ -63,7 +69,8 @@ def tolerance_chart(robustness: Robustness, design: int | None = None) -> Figure
         bar.set_ylabel(_label(name, rows[name]["unit"]), rotation=0, ha="right", va="center")
         _draw_histogram(histogram, sample[name].to_numpy(), rows[name], constraints.get(name, {}))
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower left", ncols=len(labels), frameon=False)
+    columns = max(1, _LEGEND_LETTERS // (max(map(len, labels)) + _MARK_LETTERS))
+    figure.legend(handles, labels, loc="outside lower left", ncols=columns, frameon=False)
     panels[0, 0].set_title("share of the variance", fontsize=10, color=style.INK)
     panels[0, 1].set_title(f"{len(sample):,} parts", fontsize=10, color=style.INK)
     widths = ", ".join(_width(t, robustness.units[t.parameter]) for t in robustness.tolerances)
@@ -94,7 +101,8 @@ def _draw_shares(panel: Axes, shares: Mapping[str, float]) -> None:
     for k, (name, share) in enumerate(shares.items()):
         width = 0.0 if math.isnan(share) else 100.0 * share
         colour = _COLOURS[k % len(_COLOURS)]
-        panel.barh(0, width, left=start, height=0.6, color=colour, label=name)
+        hatch = _HATCHES[k // len(_COLOURS) % len(_HATCHES)]
+        panel.barh(0, width, left=start, height=0.6, fc=colour, ec="white", lw=0, hatch=hatch, label=name)
         if width >= 12.0:
             ink = "white" if colour in _DARK else style.INK
             panel.text(start + width / 2, 0, f"{width:.0f} %", ha="center", va="center", fontsize=8, color=ink)
