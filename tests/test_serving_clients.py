@@ -82,6 +82,9 @@ def test_the_command_line_submits_lists_and_changes(served, tmp_path):
     refine = ("--refine", "base", "--evaluations", "2048", "--name", "line-refined")
     out = run("submit", *refine, *at, "--dry-run", cwd=tmp_path)
     assert "2,048 designs (refinement)" in out.stderr
+    for dry_run in ((), ("--dry-run",)):
+        out = run("submit", "--refine", "base", "--name", "Base 2", *at, *dry_run, cwd=tmp_path, code=1)
+        assert "a job's name has 1 to 64 lower-case letters" in out.stderr
     run("submit", *refine, *at, "-o", "refined.h5", cwd=tmp_path)
     assert len(explore.open_results(tmp_path / "refined.h5").to_pandas()) == 2048
     out = run("submit", "line.toml", *refine, *at, cwd=tmp_path, code=2)

@@ -157,10 +157,16 @@ class Service:
         return dict(self._requester.post(f"{route}?dry_run=true", content))
 
     def plan_refinement(
-        self, job: str, *, objectives: Sequence[str] | None = None, evaluations: int | None = None, seed: int = 0
+        self,
+        job: str,
+        *,
+        name: str | None = None,
+        objectives: Sequence[str] | None = None,
+        evaluations: int | None = None,
+        seed: int = 0,
     ) -> dict[str, Any]:
         """What a refinement would make and take; nothing is queued."""
-        content = _refinement(job, refined_name(job), objectives, evaluations, seed)
+        content = _refinement(job, name or refined_name(job), objectives, evaluations, seed)
         return dict(self._requester.post("/api/refinements?dry_run=true", content))
 
     def job(self, name: str) -> JobHandle:

@@ -69,9 +69,9 @@ def submit(
     elif keep != KeepOption.all:
         raise RequestError("a refinement keeps all its designs; leave out --keep")
     else:
-        options: dict[str, Any] = {"objectives": metric, "evaluations": evaluations, "seed": seed or 0}
+        options: dict[str, Any] = {"name": name, "objectives": metric, "evaluations": evaluations, "seed": seed or 0}
         plan = partial(service.plan_refinement, str(refine), **options)
-        queue = partial(service.refine, str(refine), name=name, priority=priority, **options)
+        queue = partial(service.refine, str(refine), priority=priority, **options)
     if dry_run:
         print_json(plan()) if as_json else _print_plan(plan())
         return
