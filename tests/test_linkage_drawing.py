@@ -156,3 +156,19 @@ def test_a_yoke_reaches_to_its_slot_and_along_it_to_the_pin(tmp_path):
     way = np.array([places[point][0] for point in yoke.points])
     assert way == pytest.approx(np.array([[105.0, 0.0], [-15.0, 0.0], [0.0, 30.0]]), abs=1e-12)
     assert [(guide.point, guide.angle) for guide in simulated.drawing.guides] == [("P", 0.0)]
+
+
+def test_a_yoke_on_a_turning_link_reaches_to_its_slot_too():
+    """An arm that turns about O carries the yoke, whose slot across the arm holds a pin of the frame."""
+    linkage = explore.Linkage({
+        "driver": "arm",
+        "frame": {"O": [0, 0], "C": [60, "c"]},
+        "links": {"arm": {"O": 0}, "yoke": {"P": [5, 0]}},
+        "slides": {"yoke": {"link": "arm", "direction": [1, 0]}},
+        "slots": {"guide": {"pin": "C", "link": "yoke", "along": [[-15, -10], [-15, 1]]}},
+    })  # fmt: skip
+    simulated = DesignOfParameters.read(linkage, {"c": 10.0}, {}).simulated
+    (yoke,) = simulated.drawing.links
+    places = simulated.pose([90.0]).points(simulated.drawing)
+    way = np.array([places[point][0] for point in yoke.points])
+    assert way == pytest.approx(np.array([[0.0, 30.0], [10.0, 10.0], [60.0, 10.0]]), abs=1e-12)

@@ -56,15 +56,17 @@ def _ends_of_link(table: LinkageTable, body: Body) -> tuple[str, ...]:
 def _yoke(
     table: LinkageTable, slot: Slot, points: Mapping[str, tuple[Vector, ...]]
 ) -> Iterator[tuple[Link, tuple[Vector, ...]]]:
-    """A link of one point that keeps the directions of the frame: to an end of its slot, and on to the pin there."""
+    """A link of one point that slides on another body: to an end of its slot, and on to the pin there."""
     body, end = table.body_of[slot.body], slot.along[0]
-    if body.name == FRAME or carrier(body.name, table.slides) != FRAME or isinstance(end, str) or len(body.points) != 1:
+    if body.name not in {slide.link for slide in table.slides} or isinstance(end, str) or len(body.points) != 1:
         return
     ((point, place),) = body.points
     back, there = _fixed(place), _fixed(end)
     if back is not None and there is not None:
-        way = (*points[point], *(replace(vector, factor=-vector.factor) for vector in back), *there)
-        yield Link(body.name, (point, f"end of {slot.name}", slot.pin)), way
+        way = (*(replace(vector, factor=-vector.factor) for vector in back), *there)
+        if carrier(body.name, table.slides) != FRAME:
+            way = tuple(replace(vector, angle=f"{body.name}_angle", turn=vector.direction) for vector in way)
+        yield Link(body.name, (point, f"end of {slot.name}", slot.pin)), (*points[point], *way)
 
 
 def _fixed(place: Place) -> tuple[Vector, ...] | None:
