@@ -441,6 +441,17 @@ def test_chosen_designs_of_every_status_are_proved(results):
     assert set(explore.certify(results, numbers)["verdict"]) == {"proved"}
 
 
+@pytest.mark.parametrize(("name", "verdict"), [("swing_angle", "proved"), ("rocker_acceleration_max", "refuted")])
+def test_only_a_constraint_that_is_known_without_samples_screens(name, verdict):
+    options = {"window": "cycle", "constraints": {name: {"max": 1e-3}}}
+    metrics = ["swing_angle", "rocker_acceleration_max"]
+    (row,) = evaluated([PUBLISHED], metrics, **options)
+    assert row["feasible"] == 0
+    (proof,) = certified([row | {"status": Status.SCREENED}], metrics, **options).values()
+    assert proof.verdict == verdict, proof.reason
+    assert ("no constraint fails that is known without samples" in proof.reason) == (verdict == "refuted")
+
+
 def test_chosen_designs_need_no_objectives(tmp_path):
     study = explore.Study(
         mechanism="crank-rocker",

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from explore.evaluation import constraints
 from explore.evaluation.derived import Derivation
-from explore.evaluation.known import KnownStatistics, evaluate_known
+from explore.evaluation.known import KnownStatistics, evaluate_known, known_metrics
 from explore.evaluation.sampled import SampledStatistics, sample_metrics
 from explore.model.columns import Arrays
 from explore.model.mechanism import ClosedFormResult, Mechanism
@@ -117,6 +117,13 @@ def _screen(request: Request, closed: dict[str, FloatArray], status: npt.NDArray
             status[(status == Status.OK) & ~holds] = Status.SCREENED
 
 
+def may_screen(request: Request, metric: AnyMetric) -> bool:
+    """Whether a constraint on a metric is known without samples, so that designs which violate it are not sampled."""
+    if isinstance(metric, DerivedMetric):
+        return metric in request.formulas and not metric.sampled
+    return isinstance(metric, Metric) or metric in known_metrics(request)
+
+
 def _violates_known(request: Request, known: KnownStatistics, inverse: _Indices | None, speed: FloatArray) -> BoolArray:
     """Whether each design violates a constraint on a statistic that is known without samples, shape (n,)."""
     violates = np.zeros(len(speed), dtype=np.bool_)
@@ -143,7 +150,7 @@ def _violates_formulas(
     violates = np.zeros(len(is_ok), dtype=np.bool_)
     for constraint in request.constraints:
         metric = constraint.metric
-        if isinstance(metric, DerivedMetric) and metric in request.formulas and not metric.sampled:
+        if isinstance(metric, DerivedMetric) and may_screen(request, metric):
             parts = {part.name for part in metric.parts if isinstance(part, Metric)}
             values = {name: _per_design(closed[name], inverse) for name in parts}
             value = Derivation(inputs, values, {}, request.tolerance).evaluate(metric).value

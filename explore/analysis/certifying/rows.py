@@ -10,6 +10,7 @@ from flint import arb
 
 from explore.analysis.certifying.balls import UndecidedError, UnprovedError, bounds, exact, sure_sign, with_more_bits
 from explore.analysis.certifying.designs import Design
+from explore.evaluation.kinematics import may_screen
 from explore.model.quantities import AnyMetric, GivenMetric, Metric
 from explore.model.request import Constraint
 from explore.model.status import Status
@@ -68,7 +69,11 @@ def certify_row(design: Design, row: Mapping[str, float]) -> Proof:
     for metric in design.request.metrics:
         with _open_if_unproved(proof):
             _check_metric(design, metric, row, proof)
-    _check_feasibility(row, _check_constraints(design, row, proof) | _signs_of_given(design, row), proof)
+    signs = _check_constraints(design, row, proof) | _signs_of_given(design, row)
+    if status == Status.SCREENED:
+        metrics = [constraint.metric for constraint in design.request.constraints]
+        signs = {metric.name: signs[metric.name] for metric in metrics if may_screen(design.request, metric)}
+    _check_feasibility(row, signs, proof)
     return proof
 
 
@@ -223,7 +228,7 @@ def _sign_of_margin(design: Design, constraint: Constraint) -> int:
 
 
 def _check_feasibility(row: Mapping[str, float], signs: Mapping[str, int | str], proof: Proof) -> None:
-    """Check the column `feasible`, and that a screened design fails a constraint."""
+    """Check the column `feasible`, and that a screened design fails a constraint of those that screen."""
     failing = [name for name, sign in signs.items() if sign == -1]
     unknown = [reason for reason in dict.fromkeys(signs.values()) if isinstance(reason, str)]
     is_screened, is_ok = row["status"] == Status.SCREENED, row["status"] == Status.OK
@@ -231,6 +236,7 @@ def _check_feasibility(row: Mapping[str, float], signs: Mapping[str, int | str],
         _expect_ok_if_feasible(row, proof)
         proof.expect(not failing, f"it is not feasible: {', '.join(failing)}")
     elif is_ok or is_screened:
-        proof.expect(bool(failing or unknown), "it is feasible" if is_ok else "it is screened, but no constraint fails")
+        false = "it is feasible" if is_ok else "it is screened, but no constraint fails that is known without samples"
+        proof.expect(bool(failing or unknown), false)
     if not failing and (is_ok or is_screened):
         proof.open += [reason for reason in unknown if reason not in proof.open]
