@@ -200,6 +200,14 @@ def test_a_sketch_near_the_border_between_two_assemblies(tmp_path):
     assert load_linkage(far).table.signs == (("B", -1),)
 
 
+@pytest.mark.parametrize("height", [9, 12])
+def test_words_of_a_side_may_stand_beside_a_sketch_that_shows_it_or_shows_none(tmp_path, height):
+    sketch = f"[linkage.sketch]\ncrank_angle = 40\nB = [66, {height}]\n[linkage.branch]"
+    file = tmp_path / "both.toml"
+    file.write_text(FOUR_BAR.replace("90", "60").replace("70", "40").replace("[linkage.branch]", sketch))
+    assert load_linkage(file).table.signs == (("B", 1),)
+
+
 def test_the_side_seen_from_the_other_end():
     sides = {
         words: Linkage(tomllib.loads(FOUR_BAR.replace("left of A C", words))).table.signs
