@@ -309,7 +309,7 @@ def test_parts_without_a_metric_are_said(tmp_path):
     """A root is undefined where a swing is below its limit; mean and robust value are of the other parts."""
     study = explore.Study(
         mechanism="crank-rocker", metrics=["root"], objectives=["root:max"],
-        parameters={"crank": [50.0, 49.99], "coupler": 940.62, "rocker": 211.79, "ground": 869.44},
+        parameters={"crank": [50.0, 49.99, 60.0], "coupler": 940.62, "rocker": 211.79, "ground": 869.44},
         formulas={"root": {"formula": "sqrt(swing_angle - 30.5)", "unit": "1"}},
     )  # fmt: skip
     results = explore.sweep(study, tmp_path / "root.h5")
@@ -321,6 +321,28 @@ def test_parts_without_a_metric_are_said(tmp_path):
     assert said.endswith(f"\n{n_undefined} parts that move have no root: mean and std are of the others\n")
     said = run(*options, "--design", "0", "--design", "1", cwd=tmp_path).stdout
     assert said.endswith("root is undefined in parts of 2 designs that move: mean and std are of the others\n")
+    said = run(*options, "--design", "0", "--design", "2", cwd=tmp_path).stdout
+    assert said.endswith("root is undefined in parts of 1 design that move: mean and std are of the others\n")
+
+
+@pytest.mark.parametrize(
+    ("limit", "title", "caption"),
+    [
+        (0.0, "1 of 21 designs that nothing beats", ""),
+        (170.0, "21 designs, none of them feasible", "the first 20 of 21; -o FILE.h5 writes all"),
+    ],
+)
+def test_a_table_says_how_many_designs_it_leaves_out(tmp_path, limit, title, caption):
+    study = explore.Study(
+        mechanism="crank-rocker", metrics=["swing_angle"], objectives=["swing_angle:max"],
+        parameters={"crank": np.linspace(40.0, 50.0, 21), "coupler": 940.0, "rocker": 210.0, "ground": 870.0},
+        constraints={"swing_angle": {"min": limit}},
+    )  # fmt: skip
+    explore.sweep(study, tmp_path / "swing.h5")
+    numbers = [word for number in range(21) for word in ("--design", str(number))]
+    said = run("tolerance", "swing.h5", "--tolerance", "0.1", "--draws", "100", *numbers, cwd=tmp_path).stdout
+    assert said.startswith(title)
+    assert ("the first" in said, caption in said) == (bool(caption), True)
 
 
 def test_the_interval_of_a_yield_is_printed_from_low_to_high():
