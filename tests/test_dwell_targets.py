@@ -14,6 +14,7 @@ from target_studies import study_of
 import explore
 from explore.base.compiling import LANES, as_argument, compiled
 from explore.mechanisms.targets.dwell_errors.measuring import N_MEASURES, VALUE, measure_dwells
+from explore.mechanisms.targets.dwell_errors.travels import _fill_events
 from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, ROWS_SIGNATURE
 from explore.studies.request.names import find_mechanism
 
@@ -191,6 +192,16 @@ def test_a_dwell_of_nearly_the_whole_turn_leaves_out_a_reversal(angle):
         # of 2,001 starts the best is at most half a step away from that of the least travel
         assert (status[0], value[0]) == (1, pytest.approx(least, rel=1e-6))
         assert value[0] <= least * (1 + 1e-12)
+
+
+def test_reversals_enter_and_leave_a_dwell_in_order_whatever_an_earlier_design_left():
+    """The rows beyond the number of reversals are those of the design before, of which four were found."""
+    reversals, angle = np.array([[0.5, 0.0], [3.0, 0.0], [2.0, 0.0], [6.2, 0.0]]), 1.0
+    places = np.sort(np.concatenate([reversals[:2, 0], reversals[:2, 0] - angle]) % (2.0 * math.pi))
+    events = np.full(6, np.nan)
+    assert _fill_events((None, None, 0.0, reversals, 2), angle, events) == 5
+    assert events[:5].tolist() == pytest.approx([*places, places[0] + 2.0 * math.pi], abs=1e-15)
+    assert np.isnan(events[5])
 
 
 def test_rests_of_small_travels_meet_the_tolerance():
