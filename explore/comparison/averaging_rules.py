@@ -33,7 +33,6 @@ class AveragingRule(Protocol):
     """A quadrature rule for the statistics of a motion."""
 
     name: ClassVar[str]
-    summary: ClassVar[str]
 
     def average(self, designs: Designs, window: str) -> Averages:
         """Average over the window "drive", the slower stroke, or "cycle", of designs."""
@@ -45,7 +44,6 @@ class PublishedRule:
     """The rule of the published study: differences of positions as derivatives, variances with n - 1."""
 
     name: ClassVar[str] = "published"
-    summary: ClassVar[str] = "first and second differences of equispaced angles, sample variance, as published"
     samples: int = 50
 
     def average(self, designs: Designs, window: str) -> Averages:
@@ -68,7 +66,6 @@ class TrapezoidalRule:
     """
 
     name: ClassVar[str] = "trapezoid"
-    summary: ClassVar[str] = "equispaced samples of velocity and acceleration"
     samples: int
     start: float = 0.0
 
@@ -83,7 +80,6 @@ class OnePassRule:
     """The trapezoidal rule with the variance as mean square minus squared mean."""
 
     name: ClassVar[str] = "one-pass"
-    summary: ClassVar[str] = "equispaced samples, variance as mean square minus squared mean"
     samples: int
 
     def average(self, designs: Designs, window: str) -> Averages:
@@ -102,7 +98,6 @@ class GaussRule:
     """Gauss-Legendre quadrature in the crank angle, with so many nodes on a stroke or on each quarter of a turn."""
 
     name: ClassVar[str] = "gauss"
-    summary: ClassVar[str] = "Gauss-Legendre in the crank angle, on the stroke or on quarters of the turn"
     nodes: int
 
     def average(self, designs: Designs, window: str) -> Averages:
@@ -122,7 +117,6 @@ class GradedRule:
     """
 
     name: ClassVar[str] = "graded"
-    summary: ClassVar[str] = "panels graded towards the singularities, nodes by tolerance, as in a sweep"
     tolerance: float
 
     def average(self, designs: Designs, window: str) -> Averages:

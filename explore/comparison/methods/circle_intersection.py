@@ -21,7 +21,6 @@ class CircleIntersection:
     """
 
     name: ClassVar[str] = "circles"
-    summary: ClassVar[str] = "intersection of two circles by Heron's formula in factors, in NumPy"
     capabilities: ClassVar[Capability] = Capability.BATCHED | Capability.ANY_ANGLE | Capability.TWO_ANGLES
 
     def solve(self, task: Task) -> Motion:

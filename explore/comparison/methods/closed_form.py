@@ -19,7 +19,6 @@ class ClosedForm:
     """The compiled functions of the mechanism, or those of the graph of its table."""
 
     name: ClassVar[str] = "closed-form"
-    summary: ClassVar[str] = "closed form without cancellation, compiled, as in a sweep"
     capabilities: ClassVar[Capability] = Capability.BATCHED | Capability.ANY_ANGLE | Capability.CHECKS_BRANCH
 
     def solve(self, task: Task) -> Motion:

@@ -206,11 +206,6 @@ class Method(Protocol):
         ...
 
     @property
-    def summary(self) -> str:
-        """Description in one line."""
-        ...
-
-    @property
     def capabilities(self) -> Capability:
         """Properties, which may depend on the settings."""
         ...

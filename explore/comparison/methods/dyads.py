@@ -32,7 +32,6 @@ class PylinkageDyads:
     """
 
     name: ClassVar[str] = "pylinkage"
-    summary: ClassVar[str] = "pylinkage: intersection of circles, nearest branch"
     capabilities: ClassVar[Capability] = Capability.PEER | Capability.FOLLOWS_ANGLES | Capability.TWO_ANGLES
 
     def solve(self, task: Task) -> Motion:

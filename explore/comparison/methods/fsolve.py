@@ -30,7 +30,6 @@ class Fsolve:
 
     tolerance: float = 1.49012e-8
     name: ClassVar[str] = "fsolve"
-    summary: ClassVar[str] = "scipy.optimize.fsolve from angle to angle"
     capabilities: ClassVar[Capability] = Capability.PEER | Capability.FOLLOWS_ANGLES
 
     def solve(self, task: Task) -> Motion:

@@ -39,11 +39,6 @@ class Newton:
         return "newton" if self.check_branch else "newton-unchecked"
 
     @property
-    def summary(self) -> str:
-        """Description in one line."""
-        return "Newton's method from angle to angle" + ("" if self.check_branch else ", without a check of the branch")
-
-    @property
     def capabilities(self) -> Capability:
         """Properties; the branch is checked by default."""
         follows = Capability.BATCHED | Capability.FOLLOWS_ANGLES

@@ -38,7 +38,6 @@ class CompiledNewton:
 
     tolerance: float = 1e-12
     name: ClassVar[str] = "newton-compiled"
-    summary: ClassVar[str] = "Newton's method from angle to angle, compiled"
     capabilities: ClassVar[Capability] = Capability.BATCHED | Capability.FOLLOWS_ANGLES | Capability.CHECKS_BRANCH
 
     def solve(self, task: Task) -> Motion:

@@ -50,12 +50,6 @@ class VelocityIntegration:
         """Key in the registry."""
         return self.solver.lower() + ("-projected" if self.projected else "")
 
-    @property
-    def summary(self) -> str:
-        """Description in one line."""
-        closing = ", with the loop closed after each step" if self.projected else ""
-        return f"integration of the velocities by SciPy's {self.solver} with adaptive steps{closing}"
-
     def solve(self, task: Task) -> Motion:
         """Integrate each design from its first crank angle to its last."""
         motion = Motion.blank(task)

@@ -45,12 +45,6 @@ class RungeKutta4:
         """Key in the registry."""
         return "rk4-projected" if self.projected else "rk4"
 
-    @property
-    def summary(self) -> str:
-        """Description in one line."""
-        closing = ", with the loop closed after each" if self.projected else ""
-        return f"integration of the velocities by the classical Runge-Kutta method in fixed steps{closing}"
-
     def solve(self, task: Task) -> Motion:
         """Integrate all designs together from the first crank angle to the last, each with its own step."""
         motion, loop, crank = Motion.blank(task), task.loop, np.ascontiguousarray(task.crank_angle.T)

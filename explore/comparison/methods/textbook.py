@@ -21,7 +21,6 @@ class TextbookArccos:
     """
 
     name: ClassVar[str] = "textbook"
-    summary: ClassVar[str] = "law of cosines with arccos, or the root for an unknown length"
     capabilities: ClassVar[Capability] = Capability.BATCHED | Capability.ANY_ANGLE | Capability.TRIANGLE
 
     def solve(self, task: Task) -> Motion:
