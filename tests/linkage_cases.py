@@ -54,6 +54,21 @@ DRIVEN_SLIDER = {
     },
     "branch": {"Q": "far"},
 }
+#: An Oldham coupling: the middle disc slides on the driver, and the driven one in it, in a direction aslant.
+OLDHAM = {
+    "driver": "first",
+    "frame": {"O": [0, 0], "Q": ["e", 3]},
+    "links": {"first": {"O": 0, "A": 40}, "middle": {"M": 0}, "last": {"Q": 0, "B": 50}},
+    "slides": {"middle": {"link": "first", "direction": [1, 0]}, "last": {"link": "middle", "direction": [1, 2]}},
+}
+#: A bar that slides on the driver, aslant, with a pin in a slot of the frame.
+SLIDING_BAR = {
+    "driver": "crank",
+    "frame": {"O": [0, 0]},
+    "links": {"crank": {"O": [3, 4], "A": ["r", 5]}, "bar": {"J": 0, "K": [9, 2]}},
+    "slots": {"slot": {"pin": "K", "link": "frame", "along": [[0, 60], [1, 60]]}},
+    "slides": {"bar": {"link": "crank", "direction": [1, 2]}},
+}
 CASES = {case["name"]: case for case in REFERENCE["cases"]}
 
 

@@ -6,7 +6,17 @@ import tomllib
 import mpmath
 import numpy as np
 import pytest
-from linkage_cases import BOOM, BOOM_LENGTHS, DRIVEN_SLIDER, evaluate_graph, trace, trammel, trammel_of_blocks
+from linkage_cases import (
+    BOOM,
+    BOOM_LENGTHS,
+    DRIVEN_SLIDER,
+    OLDHAM,
+    SLIDING_BAR,
+    evaluate_graph,
+    trace,
+    trammel,
+    trammel_of_blocks,
+)
 
 import explore
 from explore import Linkage
@@ -83,15 +93,6 @@ def test_the_bar_of_a_trammel_draws_an_ellipse():
             assert list(map(float, found)) == pytest.approx(expected, abs=3e-14)
     row = explore.evaluate(blocks, {"l": 100.0, "m": 30.0}, metrics=["M_velocity_x_peak"])
     assert row["M_velocity_x_peak"].iloc[0] == pytest.approx(70.0, rel=1e-15)
-
-
-#: An Oldham coupling: the middle disc slides on the driver, and the driven one in it, in a direction aslant.
-OLDHAM = {
-    "driver": "first",
-    "frame": {"O": [0, 0], "Q": ["e", 3]},
-    "links": {"first": {"O": 0, "A": 40}, "middle": {"M": 0}, "last": {"Q": 0, "B": 50}},
-    "slides": {"middle": {"link": "first", "direction": [1, 0]}, "last": {"link": "middle", "direction": [1, 2]}},
-}
 
 
 def test_the_middle_disc_of_an_oldham_coupling_is_where_its_lines_meet():
@@ -181,9 +182,7 @@ SLOTTED = {
 def test_a_copy_moves_as_its_original_at_another_phase(name):
     section, values = SLOTTED, {"r": 40.0, "turn": 17.0}
     if name == "slide":  # along a direction of the driver
-        section = {**SLOTTED, "links": {"crank": {"O": [3, 4], "A": ["r", 5]}, "bar": {"J": 0, "K": [9, 2]}}}
-        section["slots"] = {"slot": {"pin": "K", "link": "frame", "along": [[0, 60], [1, 60]]}}
-        section["slides"] = {"bar": {"link": "crank", "direction": [1, 2]}}
+        section = SLIDING_BAR
     elif name:
         sections = tomllib.loads(linkage_starter(name))
         section, entries = Linkage(sections).content, sections["parameters"]

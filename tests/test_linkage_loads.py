@@ -15,6 +15,8 @@ from linkage_cases import (
     CASES,
     DRIVEN_SLIDER,
     FOUR_BAR,
+    OLDHAM,
+    SLIDING_BAR,
     curved_shaper,
     dense,
     evaluate_graph,
@@ -122,6 +124,8 @@ TABLES = {name: (linkage_of(case), values_of(case)) for name, case in CASES.item
     "trammel": (trammel(), {"l": 100.0, "m": 30.0}),
     "blocks": (trammel_of_blocks(), {"l": 100.0, "m": 30.0}),
     "driven-slider": (Linkage(DRIVEN_SLIDER), {"t": 30.0, "l": 50.0}),
+    "oldham": (Linkage(OLDHAM), {"e": 8.0}),
+    "sliding-bar": (Linkage(SLIDING_BAR), {"r": 40.0}),
 }
 
 
