@@ -1,11 +1,16 @@
 """Error bounds of derived metrics, from formulas whose errors are known by hand."""
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
+from linkage_cases import loaded_shaper
 
 import explore
+from explore.base.errors import RequestError
 from explore.evaluation import evaluate
 from explore.evaluation.derived import Derivation
+from explore.mechanisms.registry import MECHANISMS
 from explore.model.quantities import DerivedMetric, Formula, Metric
 from explore.model.status import Status
 
@@ -26,6 +31,16 @@ def bound_of(function, values, errors, **kind):
 def test_the_changes_by_the_inputs_add_up_unless_the_formula_selects_one():
     assert bound_of(np.add, (3.0, 4.0), (0.1, 0.2)) == pytest.approx(0.3, rel=1e-12)
     assert bound_of(np.maximum, (4.0, 4.0), (0.1, 0.2), selects_one=True) == pytest.approx(0.2, rel=1e-12)
+
+
+@pytest.mark.parametrize("mechanism", [*MECHANISMS.values(), loaded_shaper().mechanism], ids=lambda each: each.name)
+def test_a_formula_selects_one_where_its_magnitude_is_always_that_of_an_input(mechanism):
+    rng = np.random.default_rng(1)
+    for formula in (each for each in mechanism.formulas if len(each.inputs) > 1):
+        inputs, is_input = rng.uniform(-2.0, 2.0, (len(formula.inputs), 50)), False
+        with np.errstate(all="ignore"), suppress(RequestError):  # sizes that are not positive are refused
+            is_input = (np.abs(formula.function(*inputs)) == np.abs(inputs)).any(axis=0).all()
+        assert formula.selects_one == is_input, formula.name
 
 
 def test_an_input_may_err_in_both_directions():
