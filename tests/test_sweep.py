@@ -217,6 +217,14 @@ def test_workers_must_have_our_version_of_all_that_computes(name):
     check_environment({**ours, "python": "0.1", "processor": "other"}, "tcp://far:1", "crank-rocker")
 
 
+def test_the_log_lists_the_types_of_processors_once_there_are_two():
+    lines, ours = [], environment_of("crank-rocker")
+    environments = runs.Environments("crank-rocker", lambda event, **facts: lines.append((event, facts)))
+    for processor in ("zen", "zen", "arm", "zen", "vax"):
+        environments.check({**ours, "processor": processor}, "tcp://far:1")
+    assert lines == [("processors", {"types": types}) for types in (["arm", "zen"], ["arm", "vax", "zen"])]
+
+
 def test_a_block_of_other_versions_is_refused(study, tmp_path, monkeypatch):
     """A worker may join after the versions of all were compared."""
     real = runs.evaluate_block
