@@ -473,7 +473,7 @@ def false_results(results, path, number, column, change):
         found.columns[column][rows] = change(found.columns[column][rows])
         return found
 
-    with mock.patch("explore.running.blocks.evaluate_columns", evaluate):
+    with mock.patch("explore.running.slices.evaluate_columns", evaluate):
         return explore.sweep(explore.load_study(results.path.with_suffix(".toml")), path, workers=1)
 
 

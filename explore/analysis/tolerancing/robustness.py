@@ -134,9 +134,8 @@ class Robustness:
         import pandas as pd
 
         if design not in self.designs.index:
-            raise RequestError(
-                f"design {design} was not analysed; available: {', '.join(map(str, self.designs.index))}"
-            )
+            known = ", ".join(map(str, self.designs.index))
+            raise RequestError(f"design {design} was not analysed; available: {known}")
         request, place = self._run.request, list(self.designs.index).index(design)
         deviations = chunk_deviations(request, self.seed, 0, min(CHUNK, self.draws))
         found = request.outcomes(self._run.designs[place], deviations)
