@@ -316,6 +316,8 @@ def test_parts_without_a_metric_are_said(tmp_path):
     table = explore.tolerance(results, {"crank": 0.1}, [0], draws=1000)
     n_undefined = int(table.sample(0)["root"].isna().sum())
     assert 0 < n_undefined == table.metrics["undefined"].iloc[0] < 1000
+    with pytest.raises(RequestError, match="^design 1 was not analysed; available: 0$"):
+        table.sample(1)
     options = ("tolerance", "root.h5", "--tolerance", "crank=0.1", "--draws", "1000")
     said = run(*options, "--design", "0", cwd=tmp_path).stdout
     assert said.endswith(f"\n{n_undefined} parts that move have no root: mean and std are of the others\n")
