@@ -1,13 +1,14 @@
 """The task of a worker: evaluate one block of designs; and the software it computes with."""
 
 import sys
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
 
 from explore._version import __version__
+from explore.evaluation.evaluate import Evaluation, evaluate_columns
 from explore.mechanisms.linkages.table import LinkageTable
 from explore.mechanisms.registry import MECHANISMS, mechanism_by_name
 from explore.model.columns import Arrays
@@ -15,7 +16,6 @@ from explore.model.request import Objective, Request
 from explore.model.status import Status
 from explore.results.ranking.pareto import find_front
 from explore.results.ranking.tallies import Tally
-from explore.running.slices import evaluate_on_threads
 from explore.studies.designs.solved_lengths import SolvedSpace
 from explore.studies.designs.spaces import BLOCK_SIZE, DesignSpace
 
@@ -43,13 +43,17 @@ class BlockResult:
 
 
 def evaluate_block(
-    request: Request, space: DesignSpace, number: int, objectives: Sequence[Objective] = (), threads: int = 1
+    request: Request,
+    space: DesignSpace,
+    number: int,
+    objectives: Sequence[Objective] = (),
+    evaluate: Callable[[Request, Arrays], Evaluation] = evaluate_columns,
 ) -> BlockResult:
-    """Evaluate one block of a design space, on so many threads; with objectives, reduce it to its Pareto set.
+    """Evaluate one block of a design space; with objectives, reduce it to its Pareto set.
 
     Called on threads, and submitted to clusters, by `explore.running.runs._Run.compute`.
     """
-    evaluation = evaluate_on_threads(request, space.block(number).columns, threads)
+    evaluation = evaluate(request, space.block(number).columns)
     arrays = evaluation.columns
     status = arrays["status"]
     if isinstance(space, SolvedSpace):

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -18,6 +19,7 @@ from explore.running.blocks import BlockResult, environment_of, evaluate_block
 from explore.running.clusters import check_environment
 from explore.running.collectors import AllDesignsCollector, FrontCollector
 from explore.running.log import Listener, Log
+from explore.running.slices import evaluate_on_threads
 from explore.running.tasks import run_tasks
 from explore.running.threads import LocalThreads
 from explore.studies.config.study import Study
@@ -121,12 +123,13 @@ class _Run:
     def compute(self, workers: Client | LocalThreads) -> None:
         """Compute the pending blocks."""
         study, objectives = self._study, self._collector.objectives
-        local = workers if isinstance(workers, LocalThreads) else None
-        threads = max(local.count // self._collector.n_pending, 1) if local else 1
+        threads = workers.count // self._collector.n_pending if isinstance(workers, LocalThreads) else 1
+        evaluate = partial(evaluate_on_threads, threads=threads)
 
         def arguments(number: int) -> tuple[Any, ...]:
-            space = study.space if local else study.space.space_for_block(number)
-            return study.request, space, number, objectives, threads
+            if isinstance(workers, LocalThreads):
+                return study.request, study.space, number, objectives, evaluate
+            return study.request, study.space.space_for_block(number), number, objectives
 
         run_tasks(workers, evaluate_block, arguments, self._collector.pending, self._accept, self._reject, self._log)
         # The commits in the file decide which blocks are done, not the number of results received.

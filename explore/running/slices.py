@@ -23,7 +23,7 @@ _SLICES_EACH = 8
 def evaluate_on_threads(request: Request, parameters: Arrays, threads: int) -> Evaluation:
     """Do what `evaluate_columns` does on up to so many threads; no bit depends on their number."""
     count = len(next(iter(parameters.values())))
-    if threads == 1 or count <= _FIRST:
+    if threads <= 1 or count <= _FIRST:
         return evaluate_columns(request, parameters)
 
     def evaluate(first: int, last: int) -> Evaluation:
