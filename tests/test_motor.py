@@ -60,8 +60,8 @@ def harmonics_behind_lag(torque, rate):
     def value(angles, derivative):
         return (np.exp(1j * np.outer(angles, orders)) @ (energy * (1j * orders) ** derivative)).real
 
-    angles = np.linspace(0.0, 2.0 * np.pi, 2048)
-    angles = angles[[np.argmin(value(angles, 0)), np.argmax(value(angles, 0))]]
+    at_steps = np.fft.irfft(energy * (0.5 * len(torque)), len(torque))
+    angles = np.array([np.argmin(at_steps), np.argmax(at_steps)]) * (2.0 * np.pi / len(torque))
     for _ in range(4):
         angles = angles - value(angles, 1) / value(angles, 2)
     low, high = value(angles, 0)
