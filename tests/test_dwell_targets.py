@@ -13,7 +13,7 @@ from target_studies import study_of
 
 import explore
 from explore.base.compiling import LANES, as_argument, compiled
-from explore.mechanisms.targets.dwell_errors.measuring import N_MEASURES, VALUE, measure_dwells
+from explore.mechanisms.targets.dwell_errors.measuring import BEGIN, N_MEASURES, VALUE, measure_dwells
 from explore.mechanisms.targets.dwell_errors.travels import _fill_events
 from explore.mechanisms.targets.path_errors.curve import CURVE_SIZE, ROWS_SIGNATURE
 from explore.studies.request.names import find_mechanism
@@ -256,6 +256,27 @@ def test_an_output_that_is_not_defined_at_an_angle_has_no_dwell():
         measure_dwells(as_argument(cosine_up_to, ROWS_SIGNATURE), designs, False, asked, most, measures)
         assert measures[0, VALUE] == pytest.approx(wanted, rel=1e-9)
         assert np.isnan(measures[1:]).all()
+
+
+@compiled(ROWS_SIGNATURE)
+def bumps_between_rests(shapes, cosines, sines, count, out):
+    """An output with three equal rests, at 0 but for a bump u^4 where u = cos 3t - c is positive."""
+    for row in range(count):
+        for lane in range(LANES):
+            cosine, sine = cosines[row * LANES + lane], sines[row * LANES + lane]
+            u = max(4.0 * cosine**3 - 3.0 * cosine - shapes[lane], 0.0)
+            slope, bend = 3.0 * (4.0 * sine**3 - 3.0 * sine), -9.0 * (u + shapes[lane])
+            numbers = out[row * CURVE_SIZE * LANES + lane :]
+            numbers[0], numbers[LANES] = u**4, 0.0
+            numbers[2 * LANES], numbers[3 * LANES] = 4.0 * u**3 * slope, 12.0 * (u * slope) ** 2 + 4.0 * u**3 * bend
+
+
+def test_of_equal_rests_that_are_wider_than_what_is_between_them_one_has_the_dwell():
+    c, angle, measures = 0.87, math.radians(0.5), np.zeros((1, N_MEASURES))
+    measure_dwells(as_argument(bumps_between_rests, ROWS_SIGNATURE), np.array([[c]]), False, angle, 0.0, measures)
+    third = 2.0 * math.pi / 3.0
+    assert measures[0, VALUE] == 0.0
+    assert measures[0, BEGIN] % third == pytest.approx(0.5 * (third - angle), abs=0.01)
 
 
 def test_a_table_has_the_dwells_of_the_mechanism():

@@ -25,6 +25,8 @@ _BISECTIONS = 3
 _EXACT = 1e-14
 #: Distance of the first start beside one that is tried, rad.
 _NEAR = 1e-6
+#: Largest step to the next one, rad: longer ones pass over starts that do not serve.
+_FAR = TURN / N_STARTS
 #: Length of an angle of rest that is known well enough, rad.
 _SHORT = 1e-11
 
@@ -264,7 +266,7 @@ def _reach(motion, angle, start, most, sense):
     while travel(motion, start + outside, angle) <= most:
         if abs(outside) >= 0.5 * TURN:
             return sense * 0.5 * TURN
-        inside, outside = outside, 2.0 * outside
+        inside, outside = outside, outside + sense * min(abs(outside), _FAR)
     below, above = travel(motion, start + inside, angle) - most, travel(motion, start + outside, angle) - most
     bisections = 0
     for _ in range(_MOST_STEPS):
