@@ -1,6 +1,7 @@
 """Slow designs of one block on several threads: the same bytes, whatever their number, and the error of a slice."""
 
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from explore.running import slices
 from explore.studies.request.names import find_mechanism
 from explore.studies.request.requests import make_request
 
+LENGTHS = {"coupler": 300.0, "rocker": 62.0, "ground": 305.0}
 STUDY = """
 mechanism = "crank-rocker"
 [points]
@@ -58,10 +60,42 @@ def test_a_block_has_the_same_bytes_on_any_number_of_threads(tmp_path, seen):
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
+def test_designs_whose_motions_are_shared_stay_together(seen):
+    """The same lengths at other speeds are evaluated once, whatever varies slowest."""
+    mechanism = find_mechanism("crank-rocker")
+    request = make_request(mechanism, metrics=["rocker_acceleration_peak"])
+    lengths = {"crank": np.linspace(30.0, 45.0, 400), **LENGTHS}
+    for repeat in (np.tile, np.repeat):
+        designs = {name: repeat(np.broadcast_to(value, 400), 3) for name, value in lengths.items()}
+        designs["speed"] = np.repeat([5.0, 9.0, 20.0], 400) if repeat is np.tile else np.tile([5.0, 9.0, 20.0], 400)
+        found = slices.evaluate_on_threads(request, designs, 3)
+        assert found.kinematic_evaluations == 400
+        assert len(seen) == 1
+        alone = slices.evaluate_on_threads(request, {name: values[400:401] for name, values in designs.items()}, 1)
+        assert alone.columns["rocker_acceleration_peak"] == found.columns["rocker_acceleration_peak"][400]
+
+
+def test_fast_first_designs_do_not_decide_for_slow_ones(monkeypatch):
+    """The first do not turn, and the others are evaluated on all threads."""
+    request = make_request(find_mechanism("crank-rocker"), metrics=["rocker_velocity_rms"])
+    names, crank = set(), np.where(np.arange(5000) < 300, 400.0, 45.0)
+    designs = {"crank": crank, **{name: np.full(5000, value) for name, value in LENGTHS.items()}}
+
+    def evaluate(request, parameters):
+        if slow := np.count_nonzero(parameters["crank"] < 100.0):
+            names.add(threading.current_thread().name)
+            time.sleep(2e-4 * slow)
+        return evaluate_columns(request, parameters)
+
+    evaluate_columns = slices.evaluate_columns
+    monkeypatch.setattr(slices, "evaluate_columns", evaluate)
+    assert len(slices.evaluate_on_threads(request, designs, 2).columns["status"]) == 5000
+    assert len(names) == 3
+
+
 def test_the_error_of_a_slice_is_that_of_the_block(monkeypatch):
     request = make_request(find_mechanism("crank-rocker"), metrics=["rocker_velocity_rms"])
-    designs = {"crank": np.full(999, 45.0), "coupler": np.full(999, 300.0), "rocker": 62.0, "ground": 305.0}
-    designs = {name: np.broadcast_to(value, 999) for name, value in designs.items()}
+    designs = {name: np.full(999, value) for name, value in {"crank": 45.0, **LENGTHS}.items()}
 
     def evaluate(request, parameters):
         if len(parameters["crank"]) < 256:

@@ -259,8 +259,12 @@ def _find_distinct(geometry: FloatArray) -> tuple[npt.NDArray[np.intp] | None, n
         return np.flatnonzero(differs), np.cumsum(differs) - 1
     # No neighbours are equal. Compare all only if the first comes again, as in a grid whose speed varies slowest.
     again = np.flatnonzero(geometry[0] == geometry[0, 0])[1:]
-    if not (geometry[:, again] == geometry[:, :1]).all(axis=0).any():
+    again = again[(geometry[:, again] == geometry[:, :1]).all(axis=0)]
+    if not len(again):
         return None, None
+    period = int(again[0])
+    if np.array_equal(geometry[:, period:], geometry[:, :-period]):
+        return np.arange(period), np.arange(n) % period
     _, first_rows, inverse = np.unique(geometry, axis=1, return_index=True, return_inverse=True)
     return (None, None) if len(first_rows) == n else (first_rows, inverse.reshape(n))
 

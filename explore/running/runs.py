@@ -21,7 +21,7 @@ from explore.running.collectors import AllDesignsCollector, FrontCollector
 from explore.running.log import Listener, Log
 from explore.running.slices import evaluate_on_threads
 from explore.running.tasks import run_tasks
-from explore.running.threads import LocalThreads
+from explore.running.threads import LocalThreads, threads_of_block
 from explore.studies.config.study import Study
 from explore.studies.designs.spaces import BLOCK_SIZE
 
@@ -123,8 +123,7 @@ class _Run:
     def compute(self, workers: Client | LocalThreads) -> None:
         """Compute the pending blocks."""
         study, objectives = self._study, self._collector.objectives
-        threads = workers.count // self._collector.n_pending if isinstance(workers, LocalThreads) else 1
-        evaluate = partial(evaluate_on_threads, threads=threads)
+        evaluate = partial(evaluate_on_threads, threads=threads_of_block(workers, self._collector.n_pending))
 
         def arguments(number: int) -> tuple[Any, ...]:
             if isinstance(workers, LocalThreads):

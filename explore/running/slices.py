@@ -1,6 +1,5 @@
 """The designs of a block on several threads, where they take long and there are more threads than blocks."""
 
-import math
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -12,31 +11,44 @@ from explore.model.columns import Arrays
 from explore.model.request import Request
 from explore.running.threads import Threads
 
-#: Number of designs whose time tells that of the others.
+#: Number of the first designs, whose time tells that of the others; eight times as many follow where that is short.
 _FIRST = 256
 #: Time of the others, s, from which threads share them.
 _LONG = 0.05
 #: Number of slices for each thread: some designs take longer than others.
 _SLICES_EACH = 8
+#: Number of designs that slices are multiples of: whole tiles of lanes.
+_TILE = 64
 
 
 def evaluate_on_threads(request: Request, parameters: Arrays, threads: int) -> Evaluation:
-    """Do what `evaluate_columns` does on up to so many threads; no bit depends on their number."""
+    """Do what `evaluate_columns` does on up to so many threads; no number depends on how many they are."""
     count = len(next(iter(parameters.values())))
-    if threads <= 1 or count <= _FIRST:
+    if threads <= 1 or _shares_motions(request, parameters):
         return evaluate_columns(request, parameters)
 
     def evaluate(first: int, last: int) -> Evaluation:
         return evaluate_columns(request, {name: column[first:last] for name, column in parameters.items()})
 
-    began = time.perf_counter()
-    parts = [evaluate(0, _FIRST)]
-    seconds = (time.perf_counter() - began) * (count / _FIRST - 1.0)
-    size = math.ceil((count - _FIRST) / (threads * _SLICES_EACH)) if seconds > _LONG else count
-    bounds = [(first, min(first + size, count)) for first in range(_FIRST, count, size)]
-    parts += [evaluate(*bounds[0])] if len(bounds) == 1 else _share(evaluate, bounds, threads)
+    parts, done, size, seconds = list[Evaluation](), 0, _FIRST, 0.0
+    while done < count and seconds <= _LONG:
+        began, last = time.perf_counter(), min(done + size, count)
+        parts.append(evaluate(done, last))
+        seconds = (time.perf_counter() - began) * (count - last) / (last - done)
+        done, size = last, 8 * size
+    size = -(-(count - done) // (threads * _SLICES_EACH * _TILE)) * _TILE
+    if done < count:
+        parts += _share(evaluate, [(first, min(first + size, count)) for first in range(done, count, size)], threads)
     columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
     return Evaluation(columns, sum(part.kinematic_evaluations for part in parts))
+
+
+def _shares_motions(request: Request, parameters: Arrays) -> bool:
+    """Whether designs may have the same motion at several speeds, which is evaluated once for all of a block."""
+    speed = request.mechanism.speed
+    if speed is None or speed.name not in parameters or speed in request.kernel.kernel_parameters:
+        return False
+    return 1 < len(np.unique(parameters[speed.name])) <= len(parameters[speed.name]) // 2
 
 
 def _share(evaluate: Callable[[int, int], Evaluation], bounds: list[tuple[int, int]], threads: int) -> list[Evaluation]:

@@ -37,6 +37,15 @@ class LocalThreads:
     count: int
 
 
+def threads_of_block(workers: object, blocks: int) -> int:
+    """How many threads each of so many blocks may take: one on a cluster, and in the pool of dask's configuration."""
+    import dask
+
+    if not isinstance(workers, LocalThreads) or dask.config.get("pool", None) is not None:
+        return 1
+    return max(workers.count // blocks, 1)
+
+
 class BlocksOnThreads:
     """Runs blocks on threads of this process, a few at a time.
 
