@@ -46,7 +46,8 @@ def _between(low, high, at_low, at_high, bisections):
 
     The value at an end that stays is halved by the caller, so that this end moves, too.
     """
-    return low + (high - low) * (0.5 if bisections > 0 else at_low / (at_low - at_high))
+    change = at_low - at_high
+    return low + (high - low) * (0.5 if bisections > 0 or change == 0.0 else at_low / change)
 
 
 @subroutine(inlined=True)
