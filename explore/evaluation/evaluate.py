@@ -27,7 +27,7 @@ from explore.evaluation import constraints
 from explore.evaluation.derived import derive, has_any_of, required_parameters
 from explore.evaluation.kinematics import evaluate_kinematics
 from explore.evaluation.loop_tables import statistics_tolerance
-from explore.model.columns import Arrays, Column
+from explore.model.columns import Arrays, Column, join_columns
 from explore.model.mechanism import Mechanism
 from explore.model.quantities import AnyMetric, FloatArray, GivenMetric, Metric
 from explore.model.request import Request
@@ -115,7 +115,12 @@ def _evaluate_parts(request: Request, parameters: Arrays, most: int) -> Evaluati
         _evaluate_in_digits(request, {name: column[first : first + most] for name, column in parameters.items()})
         for first in range(0, count, most)
     ]
-    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
+    return join_evaluations(parts)
+
+
+def join_evaluations(parts: Sequence[Evaluation]) -> Evaluation:
+    """The evaluation of all designs of parts, one after the other."""
+    columns = join_columns([part.columns for part in parts])
     return Evaluation(columns, sum(part.kinematic_evaluations for part in parts))
 
 

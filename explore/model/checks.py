@@ -13,8 +13,8 @@ from explore.model.quadrature import MOST_BREAKS, MOST_SENSES, MOST_SINGULARITIE
 from explore.model.status import OWN_CODES, Status
 
 #: Fields of signals that share a row: properties of the row, not of the signal.
-_ROW_FIELDS = ("row", "needs", "pole_order", "is_magnitude", "terms_row", "is_residual", "has_corners", "corners_at",
-               "has_own_singularities")  # fmt: skip
+_ROW_FIELDS = ("row", "needs", "pole_order", "is_magnitude", "terms_row", "lag_row", "is_residual", "has_corners",
+               "corners_at", "has_own_singularities")  # fmt: skip
 
 #: Fields that are the row of a constant, or -1.
 _CONSTANT_ROWS = ("noise_row", "closed_error_row", "phases_row", "variant_row")

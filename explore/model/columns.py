@@ -1,9 +1,10 @@
 """Columns of results, and the blocks of designs that are computed and committed together."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 #: Values of columns by name, each of shape (n,).
@@ -47,3 +48,8 @@ class Block:
     number: int
     start: int
     columns: Arrays
+
+
+def join_columns(parts: Sequence[Arrays]) -> Arrays:
+    """The columns of designs, one part after the other; all parts have the same names."""
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

@@ -1,12 +1,10 @@
 """The designs of a block on several threads, where they take long and there are more threads than blocks."""
 
 import time
-from collections.abc import Callable
-from concurrent.futures import Future
 
 import numpy as np
 
-from explore.evaluation.evaluate import Evaluation, evaluate_columns
+from explore.evaluation.evaluate import Evaluation, evaluate_columns, join_evaluations
 from explore.model.columns import Arrays
 from explore.model.request import Request
 from explore.running.threads import Threads
@@ -38,9 +36,10 @@ def evaluate_on_threads(request: Request, parameters: Arrays, threads: int) -> E
         done, size = last, 8 * size
     size = -(-(count - done) // (threads * _SLICES_EACH * _TILE)) * _TILE
     if done < count:
-        parts += _share(evaluate, [(first, min(first + size, count)) for first in range(done, count, size)], threads)
-    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
-    return Evaluation(columns, sum(part.kinematic_evaluations for part in parts))
+        with Threads(threads) as pool:
+            results = [pool.submit(evaluate, first, min(first + size, count)) for first in range(done, count, size)]
+            parts += [result.result() for result in results]
+    return join_evaluations(parts)
 
 
 def _shares_motions(request: Request, parameters: Arrays) -> bool:
@@ -49,19 +48,3 @@ def _shares_motions(request: Request, parameters: Arrays) -> bool:
     if speed is None or speed.name not in parameters or speed in request.kernel.kernel_parameters:
         return False
     return 1 < len(np.unique(parameters[speed.name])) <= len(parameters[speed.name]) // 2
-
-
-def _share(evaluate: Callable[[int, int], Evaluation], bounds: list[tuple[int, int]], threads: int) -> list[Evaluation]:
-    """Evaluate slices on threads; raise the error of the first one that fails."""
-    results: list[Future[Evaluation]] = [Future() for _ in bounds]
-
-    def work(number: int) -> None:
-        try:
-            results[number].set_result(evaluate(*bounds[number]))
-        except BaseException as problem:
-            results[number].set_exception(problem)
-
-    with Threads(threads) as pool:
-        for number in range(len(bounds)):
-            pool.submit(work, number)
-        return [result.result() for result in results]

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Self
 
 from explore.base.errors import RequestError
@@ -174,9 +175,9 @@ class Threads:
                 thread.join()
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Call a function that never raises in a thread."""
+        """Call a function in a thread."""
         future: Future[Any] = Future()
-        self._calls.put(lambda: future.set_result(function(*arguments)))
+        self._calls.put(partial(_settle, future, function, *arguments))
         return future
 
     def _work(self) -> None:
@@ -184,6 +185,14 @@ class Threads:
         while call := self._calls.get():
             call()
             del call  # holds a result, whose memory the next block needs
+
+
+def _settle(future: Future[Any], function: Callable[..., Any], *arguments: Any) -> None:
+    """Call a function for a future."""
+    try:
+        future.set_result(function(*arguments))
+    except BaseException as problem:
+        future.set_exception(problem)
 
 
 @contextmanager

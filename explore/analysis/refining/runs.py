@@ -12,13 +12,11 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from explore.analysis.refining.generations import PARENT, Draw, Generations
 from explore.analysis.refining.plan import RefinementPlan, space_of
 from explore.base.errors import ClusterError, RequestError
 from explore.base.files import real_path
-from explore.model.columns import Arrays
+from explore.model.columns import Arrays, join_columns
 from explore.results.store.all_designs_writer import AllDesignsWriter
 from explore.results.store.open_results import open_results
 from explore.running.blocks import BlockResult, evaluate_block
@@ -121,8 +119,7 @@ class _Run:
             raise ClusterError(f"{len(missing)} parts of generation {number} never came back; run the refinement again")
         results = [self._results.pop(part) for part in numbers]
         self._parts.clear()
-        joined = {name: np.concatenate([result[name] for result in results]) for name in results[0]}
-        return joined | {PARENT: draw.parents}
+        return join_columns(results) | {PARENT: draw.parents}
 
     def _arguments(self, part: int) -> tuple[Any, ...]:
         return self._plan.study.request, self._parts[part], 0

@@ -13,7 +13,7 @@ from scipy.special import ndtr
 
 from explore.evaluation.constraints import margin
 from explore.evaluation.evaluate import evaluate_columns
-from explore.model.columns import Arrays
+from explore.model.columns import Arrays, join_columns
 from explore.model.quantities import FloatArray, Metric, Sense
 from explore.model.request import Constraint, Objective, Request
 from explore.model.status import Status
@@ -52,7 +52,7 @@ def _evaluate(request: Request, columns: Arrays, count: int) -> Arrays:
         start += size
         fitting = size * _SLICE_SECONDS / max(time.monotonic() - began, 1e-9)
         size = int(min(max(fitting, _LEAST_SLICE), 4 * size))
-    return {name: np.concatenate([each[name] for each in slices]) for name in slices[0]}
+    return join_columns(slices)
 
 
 @dataclass(frozen=True)

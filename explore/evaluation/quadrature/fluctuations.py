@@ -13,11 +13,11 @@ import math
 
 from explore.base.compiling import LANES
 from explore.base.subroutines import subroutine
-from explore.evaluation.quadrature.bounds import CHUNK
 from explore.evaluation.quadrature.chunks import gather_design
 from explore.evaluation.quadrature.magnitudes import FEWEST_NODES, ROUNDS, place_between
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
-from explore.evaluation.quadrature.slots import BOUND, FLUCTUATION, MEAN, VARIANCE
+from explore.evaluation.quadrature.slots import FLUCTUATION, MEAN, VARIANCE
+from explore.evaluation.quadrature.storing import add_bound
 from explore.evaluation.quadrature.zeros import MOST_ZEROS, collect_zeros, half_angle, sample_row
 
 
@@ -36,10 +36,7 @@ def fill_fluctuations(fill, sizes, tables, w, i, design, stride, statistics, nod
         fluctuation, difference, count = _measure(fill, sizes, tables, s, i, stride, mean, scale, work, tile)
         bound = difference / scale if scale > 0.0 else 0.0
         statistics[slots[FLUCTUATION], design] = fluctuation
-        if slots[BOUND] >= 0:
-            statistics[slots[BOUND], design] += bound
-        work.final_bounds[s * CHUNK + i] += bound
-        error[design] = max(error[design], work.final_bounds[s * CHUNK + i])
+        add_bound(s, i, design, slots, bound, statistics, error, work)
         nodes[design] += count
 
 

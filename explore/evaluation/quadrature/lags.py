@@ -21,12 +21,12 @@ from numpy.polynomial import legendre
 from explore.base.compiling import LANES
 from explore.base.lanes.elementary import exponential
 from explore.base.subroutines import subroutine
-from explore.evaluation.quadrature.bounds import CHUNK
 from explore.evaluation.quadrature.chunks import gather_design
 from explore.evaluation.quadrature.fluctuations import next_panel
 from explore.evaluation.quadrature.magnitudes import place_between
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, SCALE, VARIANT
-from explore.evaluation.quadrature.slots import BOUND, LAGGED_FLUCTUATION, LAGGED_MAX, MEAN, VARIANCE
+from explore.evaluation.quadrature.slots import LAGGED_FLUCTUATION, LAGGED_MAX, MEAN, VARIANCE
+from explore.evaluation.quadrature.storing import add_bound
 
 #: Number of nodes of a part of a panel.
 _NODES = 16
@@ -85,10 +85,7 @@ def fill_lags(fill, sizes, tables, w, i, design, stride, statistics, nodes, erro
             statistics[slots[LAGGED_FLUCTUATION], design] = high - low
         if slots[LAGGED_MAX] >= 0:
             statistics[slots[LAGGED_MAX], design] = mean - rate * low
-        if slots[BOUND] >= 0:
-            statistics[slots[BOUND], design] += bound
-        work.final_bounds[s * CHUNK + i] += bound
-        error[design] = max(error[design], work.final_bounds[s * CHUNK + i])
+        add_bound(s, i, design, slots, bound, statistics, error, work)
         nodes[design] += count
 
 
@@ -107,12 +104,12 @@ def _measure(fill, sizes, tables, s, i, stride, mean, rms, work, tile):
     while parts < _MOST_PARTS and rate * _TURN > _GROWTH * work.panel_count[i] * parts:
         parts *= 2
     for number in range(_CUTS):
-        start = 0.0
+        start, taken = 0.0, parts * work.panel_count[i] * _NODES
         if rate > _STEADY:
             end = _end_of_turn(fill, rows, tables, s, i, stride, mean, rate, parts, work, tile)
             start = -end / math.expm1(-_TURN * rate)
         end, low, high = _follow_turn(fill, rows, tables, s, i, stride, mean, rate, parts, start, work, tile)
-        nodes += 2 * parts * work.panel_count[i] * _NODES
+        nodes += 2 * taken if rate > _STEADY else taken
         if number > 0:
             guard, change = 0.01 * difference, abs((high - low) - (previous_high - previous_low))
             difference = max(change / _TURN, rate * abs(low - previous_low))

@@ -24,12 +24,13 @@ import numpy as np
 from explore.base.compiling import LANES
 from explore.base.lanes.elementary import exponential, logarithm, tangent
 from explore.base.subroutines import subroutine
-from explore.evaluation.quadrature.bounds import CHUNK, FLAG_SQUARES
+from explore.evaluation.quadrature.bounds import FLAG_SQUARES
 from explore.evaluation.quadrature.brent import ACTIVE, BEST, minimise, start_lane
 from explore.evaluation.quadrature.chunks import gather_design
 from explore.evaluation.quadrature.panels import ANCHOR, CENTRE, HALF, LAW, PANEL_CAPACITY, SCALE, SINGULAR, VARIANT
 from explore.evaluation.quadrature.rules import LARGEST_NODE_COUNT
-from explore.evaluation.quadrature.slots import BOUND, CLUTCH, KIND, ROOT_MEAN
+from explore.evaluation.quadrature.slots import CLUTCH, KIND, ROOT_MEAN
+from explore.evaluation.quadrature.storing import add_bound
 from explore.evaluation.quadrature.tiles import TILE_RESOLUTION, TILE_SCALE, TILE_TURNED
 from explore.evaluation.quadrature.windows import TURN
 from explore.model.quadrature import MOST_SINGULARITIES
@@ -289,7 +290,4 @@ def fill_powers(fill, sizes, tables, w, i, design, stride, statistics, nodes, er
                 )  # fmt: skip
                 nodes[design] += count
             statistics[slot, design] = integral / work.averaging[i]
-            if tables.slots[w, s, BOUND] >= 0:
-                statistics[tables.slots[w, s, BOUND], design] += bound
-            work.final_bounds[s * CHUNK + i] += bound
-            error[design] = max(error[design], work.final_bounds[s * CHUNK + i])
+            add_bound(s, i, design, tables.slots[w, s], bound, statistics, error, work)

@@ -70,3 +70,12 @@ def store(n, all_live, designs, stride, w, flags, slots, statistics, nodes, work
         nodes[designs[live[j]]] += int(work.bounds[bounds.TOTAL + j])
         work.worst[live[j]] = work.bounds[bounds.WORST + j]
         work.excess[live[j]] = work.bounds[bounds.EXCESS + j]
+
+
+@subroutine()
+def add_bound(s, i, design, slots, bound, statistics, error, work):
+    """Add to the bound of row s what integrals between places of its own are off by; `i` numbers the design."""
+    if slots[BOUND] >= 0:
+        statistics[slots[BOUND], design] += bound
+    work.final_bounds[s * CHUNK + i] += bound
+    error[design] = max(error[design], work.final_bounds[s * CHUNK + i])

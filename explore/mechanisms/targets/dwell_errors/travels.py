@@ -178,10 +178,11 @@ def least_travel(motion, angle, start, travels, events):
     least = math.inf
     if start == start:
         start, least = _least_between(motion, angle, start - step, start + step)
-    for k in range(N_INTERVALS):
-        value = travel(motion, wide * k, angle)
-        if value < least:
-            start, least = wide * k, value
+    else:
+        for k in range(N_INTERVALS):
+            value = travel(motion, wide * k, angle)
+            if value < least:
+                start, least = wide * k, value
     for k in range(N_INTERVALS):
         leaves_out = _least_bound(motion, angle, wide * k, wide) >= least
         for j in range(k * share, (k + 1) * share):
