@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from explore.mechanisms.linkages.closing import Sizes
 from explore.mechanisms.linkages.pair_programs import PairPlan
-from explore.mechanisms.linkages.vector_code import ARRAY, table
+from explore.mechanisms.linkages.vector_text import ARRAY, table
 
 #: Numba's structure of a function.
 _FUNCTION = "{ptr, ptr, ptr}"

@@ -10,7 +10,7 @@ from itertools import chain
 from typing import Any
 
 from explore.base.compiling import CLOSE_SIGNATURE, FILL_SIGNATURE, INTEGRALS_SIGNATURE, address_of
-from explore.mechanisms.linkages import calling_code, page_code, statuses, vector_code
+from explore.mechanisms.linkages import calling_code, page_code, statuses, vector_code, vector_text
 from explore.mechanisms.linkages.closing import CLOSING_SIGNATURE, Sizes, close_designs
 from explore.mechanisms.linkages.equations import Equations
 from explore.mechanisms.linkages.following import FOLLOW_SIGNATURE, follow
@@ -257,8 +257,8 @@ def _addresses(text: str) -> dict[str, int]:
     """The addresses of those functions of the package that a text calls."""
     functions = {
         calling_code.CLOSE: (close_designs, CLOSING_SIGNATURE),
-        vector_code.OPERATE: (operate, OPERATE_SIGNATURE),
-        vector_code.FOLLOW: (follow, FOLLOW_SIGNATURE),
+        vector_text.OPERATE: (operate, OPERATE_SIGNATURE),
+        vector_text.FOLLOW: (follow, FOLLOW_SIGNATURE),
         calling_code.FILL_PAIRS: (fill_pairs, PAIRS_SIGNATURE),
         calling_code.BOUND_MARKS: (bound_marks, BOUND_MARKS_SIGNATURE),
         calling_code.SHARPEN: (sharpen_marks, MARKS_SIGNATURE),
