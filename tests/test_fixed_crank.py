@@ -1,9 +1,13 @@
 """The variable crank beside a fixed one, of equal stroke and of equal length, against the slider-crank itself."""
 
+from functools import partial
+
+import mpmath
 import numpy as np
 import pytest
 
 import explore
+from explore.mechanisms.variable_crank.fixed_crank import _rounding, _slope, _speed, fixed_crank_share
 
 DESIGNS = {
     "rod": np.array([500.0, 500.0, 250.0, 300.0]),
@@ -78,11 +82,52 @@ def test_a_design_without_motion_has_no_fixed_crank():
 @pytest.mark.parametrize("ratio", [1e-3, 0.2, 0.5, 0.9, 0.999])
 def test_the_speed_of_a_fixed_crank_has_one_peak(ratio):
     """Which the two roots of a level need."""
-    from explore.mechanisms.variable_crank.fixed_crank import _slope, _speed
-
     theta = np.linspace(0.0, np.pi, 200_001)[1:-1]
     slope = _slope(theta, np.full_like(theta, ratio))
     assert np.count_nonzero(np.diff(np.sign(slope))) == 1
     difference = np.gradient(_speed(theta, np.full_like(theta, ratio)), theta)
     # second-order differences; third derivatives grow near a ratio of 1
     assert np.abs(difference - slope)[1:-1].max() <= (1e-8 if ratio < 0.95 else 1e-3)
+
+
+def exact_share_above(ratio, level):
+    """Part of the half-turn above a level, by bisection with 40 digits on both sides of the peak."""
+
+    def speed(theta):
+        sine, cosine = mpmath.sin(theta), mpmath.cos(theta)
+        return sine * (1 + ratio * cosine / mpmath.sqrt(1 - (ratio * sine) ** 2))
+
+    def first_false(holds, low, high):
+        for _ in range(130):
+            middle = (low + high) / 2
+            low, high = (middle, high) if holds(middle) else (low, middle)
+        return low
+
+    step = mpmath.mpf(10) ** -18
+    peak = first_false(lambda theta: speed(theta + step) > speed(theta - step), mpmath.mpf(0), mpmath.pi)
+    if speed(peak) <= level:
+        return 0
+    first = first_false(lambda theta: speed(theta) < level, mpmath.mpf(0), peak)
+    return (first_false(lambda theta: speed(theta) >= level, peak, mpmath.pi) - first) / mpmath.pi
+
+
+def test_shares_keep_their_bounds_for_any_ratio_and_level():
+    """Cranks as long as the rod but for 1e-7, tiny ones, and levels beside the peak, of which f is 1 or a little more.
+
+    There the derivative of f cancels at the inner dead centre, and the two angles meet.
+    """
+    rng = np.random.default_rng(20261201)
+    with mpmath.workdps(40):
+        for number in range(40):
+            ratio = 1.0 - 10.0 ** rng.uniform(-7, -0.3) if number % 2 else 10.0 ** rng.uniform(-6, -0.1)
+            largest = _speed(np.linspace(0.0, np.pi, 20_001), np.array(ratio)).max()
+            level = largest * rng.choice([rng.uniform(0.0, 1.1), 0.8 - 10.0 ** rng.uniform(-12, -2)])
+            # the deviation is one whose levels are exact
+            design = np.array([ratio]), np.array([1.0]), np.array([level * ratio]), np.array([1.0])
+            share = partial(fixed_crank_share, deviation=0.25)
+            speed = mpmath.mpf(level * ratio) / mpmath.mpf(ratio)
+            true = exact_share_above(mpmath.mpf(ratio), 0.75 * speed) - exact_share_above(
+                mpmath.mpf(ratio), 1.25 * speed
+            )
+            # of 18,000 the largest error was a tenth of the bound
+            assert abs(share(*design)[0] - true) <= 0.2 * _rounding(share, *design)[0], (ratio, level)

@@ -180,7 +180,7 @@ VARIABLE_CRANK = Mechanism(
     default_metrics={"": (*(metric.name for metric in _METRICS), "crank_min", "crank_max",
                           "groove_pressure_angle_max", "drive_torque_max", "positive_work")},
     objectives=("speed_share_1:max", "slider_acceleration_max", "groove_pressure_angle_max"),
-    kernel_version="16",
+    kernel_version="17",
     n_constants=Row.STATUS,
     rows=Row,
     signal_rows=columns.SIGNAL_ROWS,

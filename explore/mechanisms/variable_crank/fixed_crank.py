@@ -6,7 +6,10 @@ the crank is
     f = sin(theta) (1 + q cos(theta)/sqrt(1 - q^2 sin(theta)^2)),
 
 which rises from 0 at the outer dead centre to one largest value and falls to 0 at the inner one; the way back is the
-mirror image. So the share of the turn above a level is the distance of two roots, found by bisection.
+mirror image. So the share of the turn above a level is the distance of two angles. They have a closed form: the rod's
+line meets the perpendicular to the guide through the crank's pivot at the height f r, and the distance w of the slider
+from that place, in rods, is a root of w^3 - 2 w^2 + (1 - h^2 - q^2) w + 2 h^2 with h = f q, which has a negative one,
+w3, and two more, 1 + q u. Here u1 u2 = (1 - f^2)/(w3 - 1), and (w3 - 1)(u1 + u2) = -q (1 + f^2 + u1 u2).
 
 There are two such cranks: of equal stroke, r half the stroke, and of equal length, r the longest length of the variable
 crank, which is that at the inner dead centre.
@@ -17,20 +20,23 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
 from explore.model.quantities import FloatArray, Formula
 
-#: Number of halvings of an interval shorter than pi until its length is a rounding of it.
-_HALVINGS = 54
+#: Largest step of Newton, over the distance of the two angles.
+_LARGEST_STEP = 0.1
+#: Excess of a cosine over 1 that roundings may cause; for levels above the peak by less the discriminant tells.
+_BESIDE_PEAK = 1e-12
 #: Rounding of levels and speeds, relative.
 _MARGIN = 16 * np.finfo(np.float64).eps
 
 
 def _speed(theta: FloatArray, ratio: FloatArray) -> FloatArray:
     """Speed f at a ratio of crank to rod."""
-    sine = ratio * np.sin(theta)
-    return np.asarray(np.sin(theta) * (1.0 + ratio * np.cos(theta) / np.sqrt((1.0 - sine) * (1.0 + sine))))
+    cosine, room = ratio * np.cos(theta), (1.0 - ratio) * (1.0 + ratio)
+    root = np.sqrt(room + cosine**2)
+    opposed = room / (root - cosine)  # root + cosine, without cancellation
+    return np.asarray(np.sin(theta) * np.where(cosine < 0.0, opposed, root + cosine) / root)
 
 
 def _slope(theta: FloatArray, ratio: FloatArray) -> FloatArray:
@@ -40,31 +46,43 @@ def _slope(theta: FloatArray, ratio: FloatArray) -> FloatArray:
     return np.asarray(cosine + ratio * ((cosine - sine) * (cosine + sine) + (ratio * sine * cosine / root) ** 2) / root)
 
 
-def _last_true(holds: Callable[[FloatArray], npt.NDArray[np.bool_]], start: FloatArray, stop: FloatArray) -> FloatArray:
-    """Where a condition that holds at the start ends to hold, by bisection; the stop where it holds throughout."""
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (start + stop)
-        is_true = holds(middle)
-        start, stop = np.where(is_true, middle, start), np.where(is_true, stop, middle)
-    return start
+def _angles_at(level: FloatArray, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The two crank angles at which f is at a level, ascending; the same where it never is."""
+    height = ratio * level
+    linear = (1.0 - ratio) * (1.0 + ratio) - height**2
+    slope, constant = linear - 4.0 / 3.0, 2.0 / 3.0 * linear + 2.0 * height**2 - 16.0 / 27.0
+    cosine = 1.5 * constant / slope * np.sqrt(-3.0 / slope)
+    turned = (np.arccos(np.clip(cosine, -1.0, 1.0)) - 4.0 * math.pi) / 3.0
+    other = 2.0 * np.sqrt(-slope / 3.0) * np.cos(turned) - 1.0 / 3.0  # w3 - 1
+    product = (1.0 - level) * (1.0 + level) / other
+    half = -0.5 * ratio * (1.0 + level**2 + product) / other
+    square = np.where(cosine > -1.0 - _BESIDE_PEAK, half**2 - product, 0.0)
+    apart = np.sqrt(np.maximum(square, 0.0))
+
+    def angle(root: FloatArray) -> FloatArray:
+        distance = 1.0 + ratio * root
+        return np.arctan2(level, root * np.sqrt(np.maximum(distance**2 - height**2, 0.0)))
+
+    angles = angle(half + apart), angle(half - apart)
+    for each in angles * 2:  # beside the peak the steps are left out: there the start is as exact
+        step = (_speed(each, ratio) - level) / _slope(each, ratio)
+        each -= np.where(np.abs(step) < _LARGEST_STEP * (angles[1] - angles[0]), step, 0.0)
+    return angles
 
 
 def fixed_crank_share(
     crank: FloatArray, rod: FloatArray, wanted: FloatArray, speed: FloatArray, deviation: float
 ) -> FloatArray:
-    """Share of the turn in which a fixed crank's slider is within a relative deviation of the wanted speed, (n,)."""
+    """Share of the turn in which a fixed crank's slider is within a relative deviation of the wanted speed, (n,).
+
+    The wanted speeds may have more axes before that of the designs.
+    """
     ratio = crank / rod
-    fastest = _last_true(lambda theta: _slope(theta, ratio) > 0.0, np.zeros_like(ratio), np.full_like(ratio, math.pi))
-    peak = _speed(fastest, ratio)
-
-    def share_above(level: FloatArray) -> FloatArray:
-        first = _last_true(lambda theta: _speed(theta, ratio) < level, np.zeros_like(ratio), fastest)
-        last = _last_true(lambda theta: _speed(theta, ratio) >= level, fastest, np.full_like(ratio, math.pi))
-        return np.where(level < peak, (last - first) / math.pi, 0.0)
-
-    level = wanted / (crank * speed)
-    share = share_above((1.0 - deviation) * level) - share_above((1.0 + deviation) * level)
-    return np.where(np.isfinite(ratio), share, np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        levels = np.multiply.outer(np.array([1.0 - deviation, 1.0 + deviation]), wanted / (crank * speed))
+        first, last = _angles_at(levels, ratio)
+        above = (last - first) / math.pi
+    return np.where(np.isfinite(ratio), above[0] - above[1], np.nan)
 
 
 def _share(
@@ -81,9 +99,12 @@ def _share(
 def _rounding(
     share: Callable[..., FloatArray], length: FloatArray, rod: FloatArray, wanted: FloatArray, speed: FloatArray
 ) -> FloatArray:
-    """Bound of the absolute error: where a level is the largest speed, the share is as the root of what it is above."""
-    value = share(length, rod, wanted, speed)
-    moved = [share(length, rod, (1.0 + change) * wanted, speed) for change in (-_MARGIN, _MARGIN)]
+    """Bound of the absolute error, from levels and ratios a rounding apart.
+
+    Where a level is the largest speed, the share is as the root of what it is above.
+    """
+    levels, ratios = 1.0 + _MARGIN * np.array([[0, -1, 1, 0, 0], [0, 0, 0, -1, 1]])
+    value, *moved = share(length, np.multiply.outer(ratios, rod), np.multiply.outer(levels, wanted), speed)
     return np.asarray(np.abs(np.array(moved) - value).max(axis=0) + _MARGIN * (value > 0.0))
 
 
