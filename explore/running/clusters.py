@@ -13,6 +13,7 @@ from explore.base.errors import ClusterError, RequestError
 from explore.mechanisms.linkages.table import PREFIX
 from explore.mechanisms.registry import MECHANISMS
 from explore.running.blocks import VERSIONS_THAT_MUST_AGREE, environment_of, environment_there
+from explore.running.interrupts import interrupts_held
 from explore.running.threads import LocalThreads
 
 if TYPE_CHECKING:
@@ -28,8 +29,6 @@ CONNECT_TIMEOUT = 10
 _NO_TIMEOUT = 1_000_000_000
 #: Logging level above all others.
 _LOG_NOTHING = logging.CRITICAL + 1
-#: Code of each worker process: Ctrl-C reaches every process of a terminal, but only the client may end the workers.
-_IGNORE_CTRL_C = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 
 def local_cluster(workers: int | None, *, processes: bool) -> AbstractContextManager[Client | LocalThreads]:
@@ -51,19 +50,20 @@ def _process_cluster(count: int) -> Iterator[Client]:
         "cls": Nanny,
         "options": {**node, "worker_class": LocalWorker, "nthreads": 1, "silence_logs": _LOG_NOTHING},
     }
-    with (
-        dask.config.set(_settings()),
-        _quiet(),
-        SpecCluster(
-            scheduler={"cls": LocalScheduler, "options": {**node, "port": 0, "dashboard": False}},
-            workers=dict.fromkeys(range(count), worker),
-            security=node["security"],
-            silence_logs=_LOG_NOTHING,
-        ) as cluster,
+    with dask.config.set(_settings()), _quiet():
+        with (
+            interrupts_held() as release_interrupt
+        ):  # dask ends no node that is starting, and only the client may end workers
+            starting = SpecCluster(
+                scheduler={"cls": LocalScheduler, "options": {**node, "port": 0, "dashboard": False}},
+                workers=dict.fromkeys(range(count), worker),
+                security=node["security"],
+                silence_logs=_LOG_NOTHING,
+            )
         # Results come directly from the workers, so that each block is encrypted once, not twice.
-        Client(cluster, set_as_default=False, direct_to_workers=True) as client,
-    ):
-        yield client
+        with starting as cluster, Client(cluster, set_as_default=False, direct_to_workers=True) as client:
+            release_interrupt()
+            yield client
 
 
 def _settings() -> dict[str, Any]:
@@ -81,7 +81,7 @@ def _settings() -> dict[str, Any]:
     # A result is asked for this long, by default 30 s, of a worker that died after it had reported the block done.
     settings |= {"distributed.comm.timeouts.connect": CONNECT_TIMEOUT}
     # Loading the modules takes seconds without heartbeats, so a worker loads them before it joins.
-    settings |= {"distributed.worker.preload": [_IGNORE_CTRL_C, "explore.running.blocks"]}
+    settings |= {"distributed.worker.preload": ["explore.running.blocks"]}
     return settings
 
 
