@@ -194,7 +194,7 @@ def test_an_assembly_at_a_border_of_cells_is_found(alpha):
     assert undecided <= 4
 
 
-COUNTS = [pytest.param(12, id="fast"), pytest.param(400, marks=pytest.mark.slow, id="slow")]
+COUNTS = [pytest.param(8, id="fast"), pytest.param(400, marks=pytest.mark.slow, id="slow")]
 
 
 @pytest.mark.parametrize("count", COUNTS)
