@@ -1,141 +1,138 @@
-"""Certify designs of results: each row, and that no design of a Pareto set dominates another."""
+"""Certify designs in this process and, where many are left, on workers: Python runs ball arithmetic on one thread."""
+
+from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-import numpy as np
-from flint import arb, ctx
-
-from explore.analysis.certifying.balls import (
-    PRECISIONS,
-    UndecidedError,
-    UnprovedError,
-    bounds,
-    with_more_bits,
-)
+from explore.analysis.certifying.certifiers import Certifiers
 from explore.analysis.certifying.designs import Design
+from explore.analysis.certifying.dominance import compare, interval_of
 from explore.analysis.certifying.rows import Proof, certify_row
-from explore.evaluation.kinematics import speed_power
+from explore.base.errors import ClusterError
 from explore.model.progress import ReportProgress
-from explore.model.quantities import FloatArray
 from explore.model.request import Objective, Request
+from explore.running.blocks import environment_of
+from explore.running.clusters import check_environment
+from explore.running.tasks import run_tasks
 
-#: Number of designs that are compared with all others at once.
-_CHUNK = 256
+#: Time left from which other processes are worth their start, s.
+_WORTH = 10.0
+#: Time that a task of a worker should take, s.
+_TASK_TIME = 1.0
+#: Largest number of designs of a task.
+_TASK_SIZE = 64
+
+Rows = Mapping[int, Mapping[str, float]]
 
 
 def certify_designs(
     request: Request,
-    rows: Mapping[int, Mapping[str, float]],
+    rows: Rows,
     objectives: Sequence[Objective],
     *,
     is_front: bool,
+    certifiers: Certifiers | None = None,
     report_progress: ReportProgress | None = None,
 ) -> dict[int, tuple[Proof, Design]]:
     """Certify designs, the columns of each by its number, by what the study computes.
 
     If they are said to be Pareto-optimal in the objectives, one that is dominated is refuted. `report_progress` is
-    called after each with the designs done and all designs.
+    called with the designs done and all designs.
     """
-    proofs = {}
-    for done, (number, row) in enumerate(rows.items(), 1):
-        parameters = {
-            p.name: float(row[p.name]) if p.name in row else float("nan" if p.default is None else p.default)
-            for p in request.mechanism.parameters
-        }
-        design = Design(parameters, request)
-        proofs[number] = certify_row(design, row), design
-        if report_progress is not None:
-            report_progress(done, len(rows))
+    run = _Run(request, rows, tuple(objectives) if is_front else (), report_progress)
+    left = run.certify_here(certifiers.patience if certifiers else math.inf)
+    if certifiers and left:
+        run.certify_there(certifiers, left)
+    proofs = {number: (run.proofs[number], design) for number, design in run.designs.items()}
     if is_front:
-        _compare(proofs, objectives)
+        compare(proofs, objectives)
     return proofs
 
 
-def _compare(proofs: Mapping[int, tuple[Proof, Design]], objectives: Sequence[Objective]) -> None:
-    """Note the designs that others dominate, or perhaps dominate."""
-    numbers = [number for number, (_, design) in proofs.items() if design.is_usable]
-    dominated, perhaps = dict[int, int](), dict[int, int]()
-    for first, second, is_certain in find_dominance([proofs[number][1] for number in numbers], objectives):
-        (dominated if is_certain else perhaps).setdefault(numbers[first], numbers[second])
-    for number, other in dominated.items():
-        proofs[number][0].refuted.append(f"design {other} dominates it")
-    for number, other in perhaps.items():
-        proofs[number][0].open.append(f"whether design {other} dominates it")
+@dataclass(frozen=True)
+class _Certified:
+    """The proof of a design, the bits that it needed, and the objectives that this shows."""
+
+    proof: Proof
+    bits: int
+    intervals: dict[Objective, tuple[float, float]]
 
 
-def find_dominance(designs: Sequence[Design], objectives: Sequence[Objective]) -> Iterator[tuple[int, int, bool]]:
-    """Pairs of designs of which the first may be dominated by the second, and whether it certainly is.
+class _Run:
+    """The designs and the proofs found so far."""
 
-    All other pairs are proved: in some objective the first is strictly better than the second, or both are the same in
-    all parameters that the objectives depend on.
-    """
-    intervals = np.array([[_interval(design, objective) for objective in objectives] for design in designs])
-    if not len(intervals):
-        return
-    keys = [_key(design, objectives) for design in designs]
-    for first, second in _doubtful(intervals[..., 0], intervals[..., 1]):
-        if keys[first] != keys[second]:
-            try:
-                is_dominated = _is_dominated(designs[first], designs[second], objectives)
-            except UnprovedError:
-                yield first, second, False
-                continue
-            if is_dominated:
-                yield first, second, True
+    def __init__(
+        self, request: Request, rows: Rows, objectives: tuple[Objective, ...], report_progress: ReportProgress | None
+    ) -> None:
+        self._request, self._rows, self._objectives = request, rows, objectives
+        self._report_progress = report_progress
+        self._seconds_per_design = 0.0
+        self.designs = {number: Design.of_row(row, request) for number, row in rows.items()}
+        self.proofs: dict[int, Proof] = {}
+
+    def certify_here(self, seconds: float) -> list[int]:
+        """Certify designs in this process, and return the numbers of those left.
+
+        Some are left if so much time has passed and they would take long.
+        """
+        start = time.perf_counter()
+        numbers = list(self.designs)
+        for done, number in enumerate(numbers):
+            passed = time.perf_counter() - start
+            if passed >= seconds:
+                self._seconds_per_design = passed / max(done, 1)
+                if done == 0 or self._seconds_per_design * (len(numbers) - done) >= _WORTH:
+                    return numbers[done:]
+            self.proofs[number] = certify_row(self.designs[number], self._rows[number])
+            self._report()
+        return []
+
+    def certify_there(self, certifiers: Certifiers, left: list[int]) -> None:
+        """Certify the designs of these numbers on workers."""
+        size = max(1, min(_TASK_SIZE, int(_TASK_TIME / self._seconds_per_design))) if self._seconds_per_design else 1
+        parts = [left[first : first + size] for first in range(0, len(left), size)]
+        mechanism = self._request.mechanism.name
+
+        def accept(part: int, result: tuple[Mapping[str, str], list[_Certified]]) -> None:
+            environment, found = result
+            check_environment(environment, f"that certified design {parts[part][0]}", mechanism)
+            for number, certified in zip(parts[part], found, strict=True):
+                self.proofs[number] = certified.proof
+                self.designs[number].bits = certified.bits
+                self.designs[number].intervals = certified.intervals
+            self._report()
+
+        def reject(part: int, problem: str) -> None:
+            raise ClusterError(f"a worker failed to certify the designs from {parts[part][0]} on: {problem}")
+
+        with certifiers.connect(mechanism, len(parts)) as workers:
+            run_tasks(
+                workers,
+                _certify_part,
+                lambda part: (self._request, [self._rows[number] for number in parts[part]], self._objectives),
+                range(len(parts)),
+                accept,
+                reject,
+            )
+        if len(self.proofs) < len(self.designs):
+            raise ClusterError("some designs never came back from the workers; run the command again")
+
+    def _report(self) -> None:
+        if self._report_progress is not None:
+            self._report_progress(len(self.proofs), len(self.designs))
 
 
-def _interval(design: Design, objective: Objective) -> tuple[float, float]:
-    """Doubles around an objective, the better the lower; infinite where it is not proved."""
-    for bits in PRECISIONS[:2]:
-        with ctx.workprec(bits):
-            try:
-                ball = _ball(design, objective, bits)
-            except UndecidedError:
-                continue
-            except UnprovedError:
-                break
-            return bounds(ball)
-    return -math.inf, math.inf
-
-
-def _ball(design: Design, objective: Objective, bits: int) -> arb:
-    ball = design.column(objective.metric, bits)
-    if ball is None:
-        raise UnprovedError(f"{objective.metric} is undefined")
-    return ball if objective.sense == "min" else -ball
-
-
-def _doubtful(low: FloatArray, high: FloatArray) -> Iterator[tuple[int, int]]:
-    """Pairs of rows of which the first is not certainly better than the second in any column."""
-    for start in range(0, len(low), _CHUNK):
-        better = np.zeros((len(low[start : start + _CHUNK]), len(low)), dtype=np.bool_)
-        for column_low, column_high in zip(low.T, high.T, strict=True):
-            better |= column_high[start : start + _CHUNK, None] < column_low
-        for first, second in np.argwhere(~better).tolist():
-            if first + start != second:
-                yield first + start, second
-
-
-def _key(design: Design, objectives: Sequence[Objective]) -> Hashable:
-    """The parameters that the objectives may depend on."""
-    metrics = {metric.name: metric for metric in design.request.all_metrics}
-    names = {objective.metric.removesuffix("_margin") for objective in objectives}
-    ignores_speed = all(name in metrics and speed_power(metrics[name]) == 0 for name in names)
-    speed = design.request.mechanism.speed
-    ignored = speed.name if ignores_speed and speed else ""
-    return tuple(sorted((name, value) for name, value in design.parameters.items() if name != ignored))
-
-
-def _is_dominated(first: Design, second: Design, objectives: Sequence[Objective]) -> bool:
-    """Whether the second design is nowhere worse and somewhere better."""
-
-    def find(bits: int) -> tuple[bool] | None:
-        pairs = [(_ball(first, objective, bits), _ball(second, objective, bits)) for objective in objectives]
-        if any(a < b for a, b in pairs):
-            return (False,)
-        if all(b <= a for a, b in pairs):
-            return (True,) if any(b < a for a, b in pairs) else None
-        return None
-
-    return with_more_bits(find, "dominance")[0]
+def _certify_part(
+    request: Request, rows: Sequence[Mapping[str, float]], objectives: Sequence[Objective]
+) -> tuple[Mapping[str, str], list[_Certified]]:
+    """The environment of this worker, and what is certified of each row."""
+    found = []
+    for row in rows:
+        design = Design.of_row(row, request)
+        proof = certify_row(design, row)
+        intervals = {each: interval_of(design, each) for each in objectives} if design.is_usable else {}
+        found.append(_Certified(proof, design.bits, intervals))
+    return environment_of(request.mechanism.name), found

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from flint import arb
@@ -13,7 +14,7 @@ from explore.evaluation.evaluate import LARGEST_PARAMETER, SMALLEST_PARAMETER
 from explore.evaluation.propagation import Bounded, propagate
 from explore.model.expressions import Expression
 from explore.model.quantities import OMITTED, AnyMetric, DerivedMetric, GivenMetric, Parameter
-from explore.model.request import Constraint, Request
+from explore.model.request import Constraint, Objective, Request
 
 
 class Design:
@@ -25,6 +26,16 @@ class Design:
         self._known: dict[tuple[str, int], Enclosure | None] = {}
         self._narrow: dict[str, tuple[Enclosure | None]] = {}
         self.bits = 0
+        self.intervals: dict[Objective, tuple[float, float]] = {}
+
+    @classmethod
+    def of_row(cls, row: Mapping[str, float], request: Request) -> Self:
+        """The design of a row, with the defaults of the parameters that the row lacks."""
+        parameters = {
+            p.name: float(row[p.name]) if p.name in row else float("nan" if p.default is None else p.default)
+            for p in request.mechanism.parameters
+        }
+        return cls(parameters, request)
 
     @cached_property
     def is_usable(self) -> bool:

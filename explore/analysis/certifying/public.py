@@ -7,6 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from explore.analysis.certifying.certifiers import Certifiers, find_certifiers
 from explore.base.errors import RequestError
 from explore.model.progress import ReportProgress
 from explore.model.request import Objective
@@ -18,12 +19,15 @@ from explore.running.chosen import chosen_designs, request_of
 
 if TYPE_CHECKING:
     import pandas as pd
+    from distributed import Client
 
 
 def certify(
     results: Results | Path | str,
     designs: Sequence[int] | int | None = None,
     *,
+    client: Client | None = None,
+    workers: int | None = None,
     report_progress: ReportProgress | None = None,
 ) -> pd.DataFrame:
     """Prove what results say of designs, in ball arithmetic, where all rounding is enclosed.
@@ -37,8 +41,12 @@ def certify(
         Results, or the path of their file.
     designs
         Numbers of designs; None for the Pareto set in the objectives of the study.
+    client
+        A dask client, on whose workers the designs are certified.
+    workers
+        Number of processes for what would take this one more than 10 s; None for this process alone.
     report_progress
-        Called after each design with the designs done and all designs.
+        Called with the designs done and all designs.
 
     Returns
     -------
@@ -52,7 +60,9 @@ def certify(
     ------
     RequestError
         If python-flint is not installed, the mechanism has no certificates, or no design is feasible and none is
-        named, or the Pareto set is one in objectives that the study does not compute.
+        named, or the Pareto set is one in objectives that the study does not compute; for workers, as of `sweep`.
+    ClusterError
+        If the workers do not answer, differ in a version or fail.
     ResultsError
         If a design is not in the file.
 
@@ -61,6 +71,16 @@ def certify(
     The lengths are exact doubles, the links are rigid, and the joints have no play. A precision that does not decide a
     sign is doubled, up to 1024 bits.
     """
+    return certify_on(find_certifiers(client, workers), results, designs, report_progress)
+
+
+def certify_on(
+    certifiers: Certifiers | None,
+    results: Results | Path | str,
+    designs: Sequence[int] | int | None,
+    report_progress: ReportProgress | None,
+) -> pd.DataFrame:
+    """As `certify`, on the given workers."""
     if find_spec("flint") is None:
         raise RequestError('certificates need python-flint: pip install "linkage-explore[certify]"')
     import pandas as pd
@@ -69,7 +89,8 @@ def certify(
     from explore.analysis.certifying.certification import certify_designs
 
     source = results_of(results).declared
-    require_table(request_of(source).mechanism)  # before anything is read
+    request = request_of(source)
+    require_table(request.mechanism)  # before anything is read
     frame = chosen_designs(source, designs)
     objectives: tuple[Objective, ...] = ()
     if designs is None:
@@ -81,7 +102,12 @@ def certify(
         for number, values in zip(frame.index, frame.itertuples(index=False), strict=True)
     }
     proofs = certify_designs(
-        request_of(source), rows, objectives, is_front=designs is None, report_progress=report_progress
+        request,
+        rows,
+        objectives,
+        is_front=designs is None,
+        certifiers=certifiers,
+        report_progress=report_progress,
     )
     metrics = [column.name for column in source.columns if column.role == "metric" and not column.labels]
     records = []

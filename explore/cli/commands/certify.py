@@ -14,11 +14,14 @@ from explore.cli.paths import newest_results, refuse_overwriting
 from explore.cli.progress import block_bar
 from explore.cli.table_files import check_table, tell_designs
 from explore.cli.tables import print_table
+from explore.cli.termination import terminable
 from explore.cli.units import UnitsOption, units_of
+from explore.cli.workers import SchedulerOption, WorkerOptions
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from explore.analysis.certifying.certifiers import Certifiers
     from explore.results.store.results import Results
 
 #: Colours of the verdicts, in the order in which the table lists them.
@@ -38,23 +41,46 @@ def certify(
     output: Annotated[
         Path | None, output_option(help="Also write verdicts and enclosures, as .csv, .json, .md or .parquet.")
     ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Number of processes if it takes longer than some seconds; default: one per processor."
+        ),
+    ] = None,
+    scheduler: SchedulerOption = None,
 ) -> None:
     """Prove what results say of designs, in ball arithmetic: numbers, feasibility, and that none is dominated."""
     path = results or newest_results()
     refuse_overwriting(path, output, "the results file")
     check_table(output)
     import explore
+    from explore.analysis.certifying.public import certify_on
 
     source = explore.open_results(path)
     shown = units_of(source, units)
+    certifiers = _certifiers(WorkerOptions(workers, scheduler=scheduler))
     start = time.perf_counter()
-    with block_bar("certifying") as progress:
-        certified = explore.certify(source, design, report_progress=progress)
+    try:
+        with terminable(), block_bar("certified", lines=True) as progress:
+            certified = certify_on(certifiers, source, design, progress)
+    except KeyboardInterrupt:
+        say("interrupted; nothing was written")
+        raise typer.Exit(130) from None
     seconds = time.perf_counter() - start
     if not tell_designs(certified, output, certified.attrs["units"], as_json=as_json):
         _print(certified, source.in_units(shown), seconds, is_front=design is None)
     if (certified["verdict"] != "proved").any():
         raise typer.Exit(1)
+
+
+def _certifiers(work: WorkerOptions) -> Certifiers | None:
+    """The workers of a scheduler, or processes of this machine."""
+    from explore.analysis.certifying.certifiers import find_certifiers
+    from explore.running.clusters import processors
+
+    if work.scheduler is not None:
+        return find_certifiers(scheduler=work.scheduler)
+    return find_certifiers(workers=work.workers or processors())
 
 
 def _print(certified: pd.DataFrame, source: Results, seconds: float, *, is_front: bool) -> None:
