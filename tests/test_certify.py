@@ -501,7 +501,8 @@ def test_a_dominated_design_in_a_front_is_found(results, tmp_path):
 def test_command(results, tmp_path, monkeypatch):
     best = [int(number) for number in explore.rank(results).index]
     code, out, err = call("certify", results.path, "-o", tmp_path / "proofs.csv", seconds=240)
-    assert (code, err) == (0, f"wrote {len(best)} designs to {tmp_path / 'proofs.csv'}\n")
+    assert code == 0
+    assert err.endswith(f"wrote {len(best)} designs to {tmp_path / 'proofs.csv'}\n")  # after progress, if it is slow
     assert out.startswith(
         f"{len(best)} designs of the Pareto set of {results.path}: {len(best)} proved, 0 open, 0 refuted"
     )
@@ -515,7 +516,7 @@ def test_command(results, tmp_path, monkeypatch):
     assert "1 proved, 0 open, 1 refuted" in out
     opened = explore.certify(results, best[:2])
     opened["verdict"] = ["proved", "open"]
-    monkeypatch.setattr(explore, "certify", lambda *_, **__: opened)
+    monkeypatch.setattr("explore.analysis.certifying.public.certify_on", lambda *_: opened)
     code, out, _ = call("certify", results.path)
     assert (code, "1 proved, 1 open, 0 refuted" in out) == (1, True)
     monkeypatch.setattr("explore.cli.commands.certify._N_LINES", 1)
