@@ -422,6 +422,44 @@ def test_lines_that_become_parallel_have_a_status_of_their_own():
     assert row.attrs["labels"]["status"][row["status"].iloc[0]] == "parallel_lines_at_J"
 
 
+@pytest.mark.parametrize(("ram", "guide"), [([1, 0], [4, 1]), ([1, 4], [0, 1])])
+def test_parallel_lines_part_the_intervals_at_which_a_blocked_linkage_assembles(ram, guide):
+    """A rod that is too short for the turn, and a pin of two lines that are parallel in two of the crank's places.
+
+    The second guide is parallel to the crank where the turn that is looked at begins and ends.
+    """
+    linkage = Linkage(
+        {
+            "driver": "crank",
+            "frame": {"O": [0, 0]},
+            "links": {"crank": {"O": 0, "A": "r"}, "rod": {"A": 0, "S": "l"}, "bar": {"J": [30, 50]}},
+            "slots": {
+                "slot": {"pin": "J", "link": "crank", "along": ["O", "A"]},
+                "ram": {"pin": "S", "link": "frame", "along": [[0, 0], ram]},
+            },
+            "slides": {"bar": {"link": "frame", "direction": guide}},
+            "branch": {"S": "far"},
+        }
+    )
+    design = {"r": 50.0, "l": 30.0}
+    ends = [f"assembles_{end}_{k}" for k in range(1, 5) for end in ("from", "to")]
+    row = explore.evaluate(linkage, design, metrics=["assembly_intervals", *ends]).iloc[0]
+    border, middle, parallel = np.degrees([np.arcsin(0.6), np.arctan2(*ram[::-1]), np.arctan2(*guide[::-1])])
+    known = [
+        (start % 360, start % 360 + length)
+        for turn in (0, 180)
+        for start, length in (
+            (turn + middle - border, parallel - middle + border), (turn + parallel, middle + border - parallel)
+        )
+    ]  # fmt: skip
+    assert row["assembly_intervals"] == 4
+    assert row[ends].to_list() == pytest.approx([each for pair in sorted(known) for each in pair], abs=1e-11)
+    assert row["error"] < 1e-13
+    explore.simulate(linkage, design, angles=[middle - 30, parallel - 1])
+    with pytest.raises(MotionError, match="deg: the two lines that place J become parallel"):
+        explore.simulate(linkage, design, angles=[middle - 30, parallel + 5])
+
+
 @pytest.mark.parametrize(
     ("changes", "problem"),
     [

@@ -55,6 +55,8 @@ def motion_interval(mechanism: Mechanism, columns: Arrays, input_angle: FloatArr
     status = int(mechanism.evaluate_closed_form(_geometry(mechanism, columns), interval).status[0])
     if status in mechanism.moving_statuses:
         return interval
+    if status in mechanism.statuses:  # what the interval lacks may be something else than what the turn does
+        sentence = mechanism.status_sentences[mechanism.status_labels[status]]
     place = f"from {least:g} to {greatest:g} deg" if greatest > least else f"at {least:g} deg"
     raise MotionError(f"no motion {place}: {sentence}")
 

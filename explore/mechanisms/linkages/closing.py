@@ -58,6 +58,8 @@ class Sizes(NamedTuple):
         Number of groups of links, and the first of their constants.
     has_strokes, tells_reach
         Whether reversals of the output are looked for, and intervals at which designs assemble that do not turn.
+    lines
+        Bits of the factors that vanish where two lines are parallel, of the first MOST_LINES.
     """
 
     factors: int
@@ -73,6 +75,7 @@ class Sizes(NamedTuple):
     first_group: int
     has_strokes: int
     tells_reach: int
+    lines: int
 
 
 _F1 = types.float64[::1]
@@ -261,17 +264,20 @@ def _find_reaches(record, sizes, check, tile, values, start, length, lane, error
     rows, size = 2 * functions + factors, 2 + 4 * factors
     tangents, anchors, middles = np.empty(LANES), np.empty(LANES), np.empty(rows * LANES)
     cells, children = np.empty(cell.MOST_CELLS * size), np.empty(2 * LANES * size)
-    borders, found, rounds = np.empty(3 * reach.MOST_BORDERS), 0, 0
+    borders, found, rounds = np.empty(reach.BORDER_SIZE * reach.MOST_BORDERS), 0, 0
     waiting = cell.collect_cells(values, rows, factors, functions, start, length, lane, cells)
     while waiting > 0 and waiting < cell.MOST_CELLS - LANES and rounds < reach.MOST_ROUNDS:
         rounds += 1
         taken = cell.place_middles(cells, factors, waiting, tangents, anchors)
         check(tile, tangents, anchors, middles)
         waiting, found = reach.halve_borders(
-            cells, factors, functions, waiting, taken, middles, children, borders, found
+            cells, factors, functions, sizes.lines, waiting, taken, middles, children, borders, found
         )  # fmt: skip
     for k in range(found):
-        while borders[3 * k + 1] > reach.NARROWEST:
+        if borders[reach.BORDER_SIZE * k + 3] > 0.0:
+            errors[lane] = max(errors[lane], borders[reach.BORDER_SIZE * k + 3])
+            continue
+        while borders[reach.BORDER_SIZE * k + 1] > reach.NARROWEST:
             reach.place_in_border(borders, k, tangents, anchors)
             check(tile, tangents, anchors, middles)
             reach.narrow_border(borders, k, middles, factors)

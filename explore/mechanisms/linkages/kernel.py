@@ -25,6 +25,7 @@ from explore.mechanisms.linkages.pair_marks import MARKS_SIGNATURE, sharpen_mark
 from explore.mechanisms.linkages.pair_operations import PAIRS_SIGNATURE, fill_pairs
 from explore.mechanisms.linkages.pair_programs import knows_pairs, plan_pairs
 from explore.mechanisms.linkages.programs import Program, Rows
+from explore.mechanisms.linkages.reaches import MOST_LINES
 from explore.mechanisms.linkages.table import LinkageTable
 from explore.mechanisms.linkages.trace import Loop
 from explore.mechanisms.linkages.turn_moments import TURN_MOMENTS_SIGNATURE, fill_turn_moments
@@ -100,6 +101,7 @@ def make_kernel(
         factors, len(functions), len(functions) - len(squares), len(links), rows.count, status,
         status + 1 + len(parameters), harmonics, int(harmonics == (1 << len(functions)) - 1), len(equations.groups),
         rows.first_group, int(bool(rate)), int(tells_reach),
+        sum(1 << k for k, factor in enumerate(equations.factors[:MOST_LINES]) if factor.of_lines),
     )  # fmt: skip
     closing = _Closing(
         sizes,

@@ -1,7 +1,8 @@
 """The intervals of crank angles at which all joints of a linkage assemble, where its crank does not turn.
 
 Cells are halved until all factors are positive in them, or one is negative that the joints before it do not spoil, or
-they are too narrow. What is left between a place that assembles and one that does not is a border.
+they are too narrow. What is left between a place that assembles and one that does not is a border. An angle at which
+two lines are parallel, where their joint has no place, is a border of both sides.
 """
 
 import math
@@ -17,6 +18,10 @@ MOST_REACHES = 4
 REACH_ROWS = 1 + 2 * MOST_REACHES
 #: Largest number of borders that are looked for.
 MOST_BORDERS = 32
+#: Numbers of a border: start and width, rad, its sense, and the error of one that is not narrowed further, rad.
+BORDER_SIZE = 4
+#: Largest number of factors that are known to be of lines or not: bits of an integer, in JavaScript, too.
+MOST_LINES = 31
 #: Width of a border, rad.
 NARROWEST = 2e-16
 #: Narrowest cell that is halved, rad: no interval or gap that is wider is missed.
@@ -25,6 +30,12 @@ _FINEST = 1e-8
 MOST_ROUNDS = 4096
 #: Largest start of an interval, deg: a start that rounding puts before 360 deg is at 0.
 _LARGEST_START = 360.0 - 1e-11
+#: Largest distance from the middle of a cell of its parallel lines, widths of it.
+_WITHIN = 0.501
+#: Distance of the same parallel lines, rad: where they only nearly cross, rounding makes some of one.
+_SAME = 1e-6
+#: Largest length that is a turn: between both sides of the same parallel lines, deg.
+_NO_LENGTH = 1e-11
 #: Rounding error of angles of up to two turns, told in deg, rad.
 _OF_ANGLES = 4e-15
 #: Type of an array of numbers.
@@ -59,11 +70,41 @@ def _is_decided(cell, child, factors, functions, middles, q):
     return True
 
 
-@compiled(f"Tuple((int64, int64))({_F1}, int64, int64, int64, int64, {_F1}, {_F1}, {_F1}, int64)")
-def halve_borders(cells, factors, functions, waiting, taken, middles, children, borders, found):
+@subroutine()
+def _find_parallel(cell, child, factors, functions, lines, middles, q, borders, found):
+    """Note both sides of an angle in a half of a cell at which two lines are parallel; return the number of borders.
+
+    There the square of their sine has a slope of 0, which is as good as straight in so narrow a cell.
+    """
+    for s in range(min(factors, MOST_LINES)):
+        before, behind = child[2 + factors + s], child[2 + 3 * factors + s]
+        middle, tiny = middles[s * LANES + q], ROUNDING * middles[(2 * functions + s) * LANES + q]
+        if lines >> s & 1 == 0 or not before < behind or exceeds(cell, child, factors, s, 1.0, middle, tiny):
+            continue
+        share = -before / (behind - before)
+        # a bit beyond the ends: what is beside the seam of the turn may be rounded away from either
+        if abs(share - 0.5) > _WITHIN or found > MOST_BORDERS - 2:
+            continue
+        angle = child[0] + child[1] * share
+        for k in range(found):
+            apart = abs(borders[BORDER_SIZE * k] - angle)
+            if borders[BORDER_SIZE * k + 3] > 0.0 and min(apart, abs(apart - 2.0 * math.pi)) < _SAME:
+                return found
+        error = tiny / math.sqrt(0.5 * (behind - before) / child[1])
+        for side in range(2):
+            border = borders[BORDER_SIZE * found :]
+            border[0], border[1], border[2], border[3] = angle, 0.0, 2.0 * side - 1.0, error + _OF_ANGLES
+            found += 1
+        return found
+    return found
+
+
+@compiled(f"Tuple((int64, int64))({_F1}, int64, int64, int64, int64, int64, {_F1}, {_F1}, {_F1}, int64)")
+def halve_borders(cells, factors, functions, lines, waiting, taken, middles, children, borders, found):
     """Replace the last cells by those halves that are not decided; return their number, and that of borders found.
 
     A border has its start and width, rad, and 1 where the linkage assembles behind it, -1 where it does before.
+    `lines` are the bits of the factors that vanish where two lines are parallel.
     """
     size, n_children, first = 2 + 4 * factors, 0, waiting - taken
     for q in range(taken):
@@ -78,9 +119,11 @@ def halve_borders(cells, factors, functions, waiting, taken, middles, children, 
                 continue
             begins, ends = _assembles(child, 2, 1, factors), _assembles(child, 2 + 2 * factors, 1, factors)
             if begins != ends and found < MOST_BORDERS:
-                border = borders[3 * found :]
-                border[0], border[1], border[2] = child[0], child[1], 1.0 if ends else -1.0
+                border = borders[BORDER_SIZE * found :]
+                border[0], border[1], border[2], border[3] = child[0], child[1], 1.0 if ends else -1.0, 0.0
                 found += 1
+            elif begins and ends and lines > 0:
+                found = _find_parallel(cell, child, factors, functions, lines, middles, q, borders, found)
     for k in range(n_children):
         copy_cell(children, k, cells, first + k, size)
     return first + n_children, found
@@ -89,7 +132,7 @@ def halve_borders(cells, factors, functions, waiting, taken, middles, children, 
 @compiled(f"void({_F1}, int64, {_F1}, {_F1})")
 def place_in_border(borders, number, tangents, anchors):
     """Place one angle a lane between the ends of a border."""
-    border = borders[3 * number :]
+    border = borders[BORDER_SIZE * number :]
     for lane in range(LANES):
         tangents[lane], anchors[lane] = place_angle(border[0] + border[1] * (lane + 1.0) / (LANES + 1.0))
 
@@ -97,7 +140,7 @@ def place_in_border(borders, number, tangents, anchors):
 @compiled(f"void({_F1}, int64, {_F1}, int64)")
 def narrow_border(borders, number, values, factors):
     """Narrow a border to the part between two of the placed angles that the linkage assembles at one of."""
-    border, step = borders[3 * number :], 0
+    border, step = borders[BORDER_SIZE * number :], 0
     while step < LANES and _assembles(values, step, LANES, factors) != (border[2] > 0.0):
         step += 1
     border[1] /= LANES + 1.0
@@ -147,14 +190,15 @@ def tell_reaches(borders, found, assembles, lane, out):
     for _ in range(found):
         start, end = math.inf, math.inf
         for k in range(found):
-            angle = _degrees_from(borders[3 * k], 0.0)
+            angle = _degrees_from(borders[BORDER_SIZE * k], 0.0)
             angle = 0.0 if angle > _LARGEST_START else angle
-            start = angle if (borders[3 * k + 2] > 0.0) & (last < angle) & (angle < start) else start
+            start = angle if (borders[BORDER_SIZE * k + 2] > 0.0) & (last < angle) & (angle < start) else start
         if start == math.inf:
             break
         for k in range(found):
-            length = _degrees_from(borders[3 * k], start)
-            end = start + length if (borders[3 * k + 2] < 0.0) & (start + length < end) else end
+            length = _degrees_from(borders[BORDER_SIZE * k], start)
+            length = length if length > _NO_LENGTH else 360.0
+            end = start + length if (borders[BORDER_SIZE * k + 2] < 0.0) & (start + length < end) else end
         number, last = number + 1, start
         if number <= MOST_REACHES:
             out[(2 * number - 1) * LANES + lane], out[2 * number * LANES + lane] = start, end
