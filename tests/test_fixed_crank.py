@@ -112,14 +112,14 @@ def exact_share_above(ratio, level):
 
 
 def test_shares_keep_their_bounds_for_any_ratio_and_level():
-    """Cranks as long as the rod but for 1e-7, tiny ones, and levels beside the peak, of which f is 1 or a little more.
+    """Cranks as long as the rod but for 1e-13, tiny ones, and levels beside the peak, of which f is 1 or a little more.
 
     There the derivative of f cancels at the inner dead centre, and the two angles meet.
     """
     rng = np.random.default_rng(20261201)
     with mpmath.workdps(40):
         for number in range(40):
-            ratio = 1.0 - 10.0 ** rng.uniform(-7, -0.3) if number % 2 else 10.0 ** rng.uniform(-6, -0.1)
+            ratio = 1.0 - 10.0 ** rng.uniform(-13, -0.3) if number % 2 else 10.0 ** rng.uniform(-6, -0.1)
             largest = _speed(np.linspace(0.0, np.pi, 20_001), np.array(ratio)).max()
             level = largest * rng.choice([rng.uniform(0.0, 1.1), 0.8 - 10.0 ** rng.uniform(-12, -2)])
             # the deviation is one whose levels are exact
@@ -129,5 +129,5 @@ def test_shares_keep_their_bounds_for_any_ratio_and_level():
             true = exact_share_above(mpmath.mpf(ratio), 0.75 * speed) - exact_share_above(
                 mpmath.mpf(ratio), 1.25 * speed
             )
-            # of 18,000 the largest error was a tenth of the bound
-            assert abs(share(*design)[0] - true) <= 0.2 * _rounding(share, *design)[0], (ratio, level)
+            # of 9,000 the largest error was a fourth of the bound
+            assert abs(share(*design)[0] - true) <= 0.5 * _rounding(share, *design)[0], (ratio, level)

@@ -29,6 +29,8 @@ CONNECT_TIMEOUT = 10
 _NO_TIMEOUT = 1_000_000_000
 #: Logging level above all others.
 _LOG_NOTHING = logging.CRITICAL + 1
+#: Code of each worker process for systems where it gets Ctrl-C: only the client may end the workers.
+_IGNORE_CTRL_C = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 
 def local_cluster(workers: int | None, *, processes: bool) -> AbstractContextManager[Client | LocalThreads]:
@@ -51,9 +53,8 @@ def _process_cluster(count: int) -> Iterator[Client]:
         "options": {**node, "worker_class": LocalWorker, "nthreads": 1, "silence_logs": _LOG_NOTHING},
     }
     with dask.config.set(_settings()), _quiet():
-        with (
-            interrupts_held() as release_interrupt
-        ):  # dask ends no node that is starting, and only the client may end workers
+        # dask ends no node that is starting, and only the client may end workers.
+        with interrupts_held() as release_interrupt:
             starting = SpecCluster(
                 scheduler={"cls": LocalScheduler, "options": {**node, "port": 0, "dashboard": False}},
                 workers=dict.fromkeys(range(count), worker),
@@ -81,7 +82,7 @@ def _settings() -> dict[str, Any]:
     # A result is asked for this long, by default 30 s, of a worker that died after it had reported the block done.
     settings |= {"distributed.comm.timeouts.connect": CONNECT_TIMEOUT}
     # Loading the modules takes seconds without heartbeats, so a worker loads them before it joins.
-    settings |= {"distributed.worker.preload": ["explore.running.blocks"]}
+    settings |= {"distributed.worker.preload": [_IGNORE_CTRL_C, "explore.running.blocks"]}
     return settings
 
 

@@ -4,7 +4,6 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
 
 
 @contextmanager
@@ -12,8 +11,8 @@ def interrupts_held() -> Iterator[Callable[[], None]]:
     """Hold back the signals that Python functions handle.
 
     Yields a function to call afterwards, which lets the first of them through; it is called if the body fails. Threads
-    that start in the body, and their processes, never get Ctrl-C, which a terminal sends to every process. Off the main
-    thread, which handles signals, nothing is held.
+    that start in the body, and their processes, never get Ctrl-C, which a terminal sends to every process, except on
+    Windows. Off the main thread, which handles signals, none is held.
     """
     held: list[int] = []
 
@@ -26,14 +25,29 @@ def interrupts_held() -> Iterator[Callable[[], None]]:
     handlers = {int(number): handler for number, handler in found.items() if callable(handler)}
     for each in handlers:
         signal.signal(each, lambda number, _: held.append(number))
-    resource_tracker.ensure_running()  # it would let Ctrl-C through again in the thread that starts it
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # new threads and processes inherit it
     try:
-        yield release
+        try:
+            with _ctrl_c_blocked():
+                yield release
+        finally:
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
     except Exception:
         release()
         raise
+
+
+@contextmanager
+def _ctrl_c_blocked() -> Iterator[None]:
+    """Block Ctrl-C for this thread; threads and processes that it starts inherit that."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # it would unblock Ctrl-C in the thread that starts it
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

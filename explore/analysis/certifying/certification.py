@@ -18,12 +18,14 @@ from explore.running.blocks import environment_of
 from explore.running.clusters import check_environment
 from explore.running.tasks import run_tasks
 
-#: Time left from which other processes are worth their start, s.
+#: Least time left for which other processes are started, s.
 _WORTH = 10.0
 #: Time that a task of a worker should take, s.
 _TASK_TIME = 1.0
 #: Largest number of designs of a task.
 _TASK_SIZE = 64
+#: Number of tasks if the time of a design is not known and none is full.
+_TASKS = 64
 
 Rows = Mapping[int, Mapping[str, float]]
 
@@ -54,7 +56,7 @@ def certify_designs(
 
 @dataclass(frozen=True)
 class _Certified:
-    """The proof of a design, the bits that it needed, and the objectives that this shows."""
+    """The proof of a design, the bits that it needed, and the intervals of the objectives."""
 
     proof: Proof
     bits: int
@@ -74,10 +76,7 @@ class _Run:
         self.proofs: dict[int, Proof] = {}
 
     def certify_here(self, seconds: float) -> list[int]:
-        """Certify designs in this process, and return the numbers of those left.
-
-        Some are left if so much time has passed and they would take long.
-        """
+        """Certify designs in this process; return the numbers of those left after so much time, if they take long."""
         start = time.perf_counter()
         numbers = list(self.designs)
         for done, number in enumerate(numbers):
@@ -92,7 +91,8 @@ class _Run:
 
     def certify_there(self, certifiers: Certifiers, left: list[int]) -> None:
         """Certify the designs of these numbers on workers."""
-        size = max(1, min(_TASK_SIZE, int(_TASK_TIME / self._seconds_per_design))) if self._seconds_per_design else 1
+        mean = self._seconds_per_design
+        size = min(_TASK_SIZE, max(1, int(_TASK_TIME / mean) if mean else len(left) // _TASKS))
         parts = [left[first : first + size] for first in range(0, len(left), size)]
         mechanism = self._request.mechanism.name
 

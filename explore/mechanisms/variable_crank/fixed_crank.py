@@ -23,9 +23,9 @@ import numpy as np
 
 from explore.model.quantities import FloatArray, Formula
 
-#: Largest step of Newton, over the distance of the two angles.
-_LARGEST_STEP = 0.1
-#: Excess of a cosine over 1 that roundings may cause; for levels above the peak by less the discriminant tells.
+#: Largest number of steps of Newton and of halvings.
+_MOST_STEPS = 120
+#: Excess of a cosine over 1 below which the discriminant tells whether there are angles.
 _BESIDE_PEAK = 1e-12
 #: Rounding of levels and speeds, relative.
 _MARGIN = 16 * np.finfo(np.float64).eps
@@ -63,11 +63,31 @@ def _angles_at(level: FloatArray, ratio: FloatArray) -> tuple[FloatArray, FloatA
         distance = 1.0 + ratio * root
         return np.arctan2(level, root * np.sqrt(np.maximum(distance**2 - height**2, 0.0)))
 
-    angles = angle(half + apart), angle(half - apart)
-    for each in angles * 2:  # beside the peak the steps are left out: there the start is as exact
-        step = (_speed(each, ratio) - level) / _slope(each, ratio)
-        each -= np.where(np.abs(step) < _LARGEST_STEP * (angles[1] - angles[0]), step, 0.0)
-    return angles
+    first, last = angle(half + apart), angle(half - apart)
+    middle = 0.5 * (first + last)
+    return (
+        _sharpened(first, np.zeros_like(middle), middle, level, ratio, 1.0),
+        _sharpened(last, middle, np.full_like(middle, math.pi), level, ratio, -1.0),
+    )
+
+
+def _sharpened(
+    theta: FloatArray, low: FloatArray, high: FloatArray, level: FloatArray, ratio: FloatArray, sense: float
+) -> FloatArray:
+    """Angles at which f passes a level between two others, upwards or downwards, by Newton's steps or halvings.
+
+    Almost all need two steps; a crank nearly as long as the rod, whose speed falls steeply past a right angle, more.
+    """
+    for _ in range(_MOST_STEPS):
+        excess = sense * (_speed(theta, ratio) - level)
+        low, high = np.where(excess < 0.0, theta, low), np.where(excess > 0.0, theta, high)
+        step = excess / (sense * _slope(theta, ratio))
+        is_open = (np.abs(excess) > _MARGIN * level) & (np.abs(step) > _MARGIN) & (high - low > _MARGIN)
+        if not is_open.any():
+            break
+        new = theta - step
+        theta = np.where(is_open, np.where((low < new) & (new < high), new, 0.5 * (low + high)), theta)
+    return theta
 
 
 def fixed_crank_share(
