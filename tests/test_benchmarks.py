@@ -36,6 +36,7 @@ def test_peers_and_explore_agree(requests, number):
     by_numpy = peers.by_numpy(peer, count, parameters)
     # far more samples than are needed: only rounding and the tolerance of explore remain
     assert peer.error(by_numpy, values) < 1e-9, title
+    # one function writes the loops of all questions for JAX, which takes seconds to compile each
     for make in (peers.numba_function, *([peers.jax_function] if number in (0, 2) else ())):
         if make is peers.jax_function:
             pytest.importorskip("jax")

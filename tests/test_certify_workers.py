@@ -22,7 +22,7 @@ THREAD = Certifiers(lambda _, __: nullcontext(LocalThreads(1)), patience=0.0)
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """Results whose Pareto set has some tens of designs, each at two speeds that nothing depends on."""
+    """Results whose Pareto set has some tens of designs."""
     study = explore.Study(
         mechanism="crank-rocker",
         parameters={
@@ -37,7 +37,7 @@ def results(tmp_path_factory):
 
 
 def test_workers_prove_the_same(results, monkeypatch):
-    """Two processes from the first design on, and a thread that is handed what is left after some designs."""
+    """Two processes, and a thread, which certify all designs."""
     here = explore.certify(results)
     assert len(here) > 10
     assert (here["verdict"] == "proved").all()

@@ -13,10 +13,13 @@ from explore.running.interrupts import interrupts_held
 
 
 @pytest.fixture
-def told(monkeypatch):
+def told():
     """The signals that the handlers of this process have been told."""
     numbers = []
-    before = {number: signal.signal(number, lambda each, _: numbers.append(each)) for number in (2, 15)}
+    before = {
+        number: signal.signal(number, lambda each, _: numbers.append(each))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
     yield numbers
     for number, handler in before.items():
         signal.signal(number, handler)
