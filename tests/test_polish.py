@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from command_line import call, succeed
-from scipy.optimize import linprog
+from scipy.optimize import linprog, minimize
 from studies import published_box, sweep_text, swept
 
 import explore
@@ -231,7 +231,78 @@ def test_the_distance_of_a_border_is_measured_once_and_only_towards_it():
     # Nothing is better, so that all three searches begin at the start: one looks both ways along each axis.
     polish(half, np.array([0.49999, 0.5]))
     assert counts.count(4) == 1
-    assert 0 < counts.count(1) <= 53
+    assert 0 < counts.count(1) <= 54
+
+
+def test_a_search_follows_a_kink_to_its_least_place():
+    """The largest of three paraboloids within four planes, against SciPy's solver of the smooth problem."""
+    rng = np.random.default_rng(3)
+    for d in (1, 2, 3, 5):
+        for _ in range(5):
+            centres, sizes = rng.uniform(0.2, 0.8, (3, d)), rng.uniform(0.5, 5.0, 3)
+            normals, limits = rng.normal(size=(4, d)), rng.uniform(0.05, 0.3, 4)
+
+            def pieces(positions, centres=centres, sizes=sizes):
+                return sizes * ((positions[:, None] - centres) ** 2).sum(axis=2) + np.arange(3) * 0.05
+
+            def margins(positions, normals=normals, limits=limits):
+                return limits - (positions - 0.5) @ normals.T
+
+            def largest(positions, pieces=pieces, margins=margins):
+                return pieces(positions).max(axis=1), margins(positions).min(axis=1, keepdims=True)
+
+            rooms = {
+                "type": "ineq",
+                "fun": lambda z: np.append(z[-1] - pieces(z[None, :-1])[0], margins(z[None, :-1])[0]),
+            }
+            start, bounds = np.append(np.full(d, 0.5), 9.0), [(0, 1)] * d + [(None, None)]
+            options = {"ftol": 1e-15, "maxiter": 500}
+            smooth = minimize(lambda z: z[-1], start, method="SLSQP", bounds=bounds, constraints=rooms, options=options)
+            found, own = largest(polish(largest, np.full(d, 0.5))[None])
+            assert own[0, 0] >= 0.0
+            assert found[0] == pytest.approx(smooth.fun, rel=1e-8)
+
+
+LEAST_PEAK = """
+mechanism = "crank-rocker"
+[parameters]
+crank = { min = 20, max = 100 }
+coupler = { min = 100, max = 400 }
+rocker = { min = 60, max = 400 }
+ground = { min = 100, max = 400 }
+speed = 10
+[sampling]
+method = "sobol"
+count = 1024
+[evaluate]
+metrics = ["swing_angle", "rocker_acceleration_peak", "transmission_angle_min"]
+[constraints]
+swing_angle = { min = 40 }
+transmission_angle_min = { min = 30 }
+[rank]
+metrics = ["rocker_acceleration_peak"]
+"""
+
+
+def test_the_least_peak_is_found_from_anywhere(tmp_path):
+    """Both accelerations of a rocker, forth and back, are as large there; design 1 has a least peak of its own."""
+    results = sweep_text(tmp_path, LEAST_PEAK)
+    frame = results.to_pandas()
+    polished = explore.polish(results, list(frame.index[frame["feasible"] == 1][::20]))
+    assert list(polished.index) == [1, 206, 375, 626, 757, 913]
+    peaks = polished["rocker_acceleration_peak"].to_numpy()
+    assert peaks[1:] == pytest.approx(peaks[1], rel=1e-11)
+    assert peaks[0] > peaks[1]
+    names, rng = ["crank", "coupler", "rocker", "ground"], np.random.default_rng(1)
+    for lengths, least in zip(polished[names].to_numpy(dtype=float)[:2], peaks[:2], strict=True):
+        steps = rng.normal(size=(20_000, 4)) * 10.0 ** rng.uniform(-5, 0, (20_000, 1))
+        near = np.clip(lengths + steps, [20, 100, 60, 100], [100, 400, 400, 400])
+        metrics = ["swing_angle", "rocker_acceleration_peak", "transmission_angle_min"]
+        columns = dict(zip(names, near.T, strict=True)) | {"speed": 10.0}
+        others = explore.evaluate("crank-rocker", columns, metrics=metrics)
+        allowed = others["feasible"] & (others["swing_angle"] >= 40) & (others["transmission_angle_min"] >= 30)
+        assert allowed.sum() > 100
+        assert others.loc[allowed, "rocker_acceleration_peak"].min() >= least * (1.0 - 1e-12)
 
 
 def test_the_start_is_kept_where_nothing_is_better():

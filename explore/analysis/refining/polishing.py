@@ -1,15 +1,13 @@
 """Polish one design: the best value of one objective that a local search reaches within the constraints."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from explore.analysis.refining.bundle import Evaluate, descend
 from explore.model.quantities import FloatArray
 
-#: Function from positions, shape (n, d), to values to minimise, (n,), and margins, (n, k); NaN where undefined.
-Evaluate = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 #: Half the distance of two positions whose difference gives a derivative.
 _STEP = 1e-7
 #: Ratio of the differences on both sides from which on the metric jumps.
@@ -40,19 +38,36 @@ class _FruitlessError(Exception):
 
 
 def polish(evaluate: Evaluate, position: FloatArray) -> FloatArray:
-    """The best of all positions evaluated in a search from a feasible one, by SciPy's sequential quadratic programming.
+    """The best position of local searches from a feasible one; each coordinate is 0 … 1.
 
-    Each coordinate is 0 … 1; `evaluate` takes several positions at once.
+    SciPy's sequential quadratic programming leads there, again and again where undefined positions are in its way, and
+    a bundle method along kinks. `evaluate` takes several positions at once.
     """
-    best, normals = position, dict[bytes, FloatArray]()
+    watched, best, normals = _Watched(evaluate), position, dict[bytes, FloatArray]()
     for inside in _INSIDE:
         for _ in range(_MOST_SEARCHES):
-            local = _Local(evaluate, best, inside, normals)
+            local = _Local(watched, best, inside, normals)
             local.approach(_search(local, best))
+            if watched.is_defined:
+                end = descend(watched, local.best)
+                if watched.is_defined:
+                    return end
             if np.array_equal(local.best, best):
                 break
             best = local.best
-    return best
+    return descend(evaluate, best)
+
+
+class _Watched:
+    """A function to evaluate, and whether it was defined wherever it was."""
+
+    def __init__(self, evaluate: Evaluate) -> None:
+        self._evaluate, self.is_defined = evaluate, True
+
+    def __call__(self, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
+        values, margins = self._evaluate(positions)
+        self.is_defined &= bool(np.isfinite(values).all() and np.isfinite(margins).all())
+        return values, margins
 
 
 class _Local:

@@ -128,8 +128,8 @@ def polish(
 
     Notes
     -----
-    The search is local: SciPy's sequential quadratic programming, with derivatives by central differences of exact
-    evaluations. Listed values stay as they are.
+    The searches are local: SciPy's sequential quadratic programming, then a bundle method, with derivatives by central
+    differences of exact evaluations. Listed values stay as they are.
     """
     import pandas as pd
 
