@@ -69,6 +69,12 @@ class Joints:
         turn = mpmath.arg(mpmath.expj(self.angle(q, link) - self.angle(q, body)))
         return turn, departure / mpmath.hypot(*direction)
 
+    def slid(self, q, link):
+        """The place of the origin of a link that only translates along its direction."""
+        body, direction = self.slides[link]
+        (ax, ay), (bx, by), (x, y) = *(self.at(q, body, each) for each in ((0, 0), direction)), self.at(q, link, (0, 0))
+        return ((bx - ax) * (x - ax) + (by - ay) * (y - ay)) / mpmath.hypot(*direction)
+
     def equations(self, q, theta):
         gaps = []
         for point, first, other in self.pins:

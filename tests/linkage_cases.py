@@ -86,12 +86,13 @@ def trammel(**parts):
     return Linkage(section | parts)
 
 
-def trammel_of_blocks():
+def trammel_of_blocks(**parts):
     """The same with blocks that only translate in place of slots."""
     return trammel(
         links={"bar": {"P": 0, "Q": "l", "M": ["m", 0]}, "h": {"P": 0}, "v": {"Q": 0}},
         slots={},
         slides={"h": {"link": "frame", "direction": [1, 0]}, "v": {"link": "frame", "direction": [0, 1]}},
+        **parts,
     )
 
 

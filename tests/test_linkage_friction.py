@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from linkage_cases import CASES, trammel, values_of, with_loads
+from linkage_cases import CASES, values_of, with_loads
 
 import explore
 from explore.base.errors import ConfigError
@@ -89,20 +89,10 @@ def test_friction_that_locks_has_no_force():
 @pytest.mark.parametrize(
     ("friction", "problem"),
     [
-        ({"rim": 0.1}, "rim: unknown slot or pin 'rim'; did you mean 'ram'?"),
+        ({"rim": 0.1}, "rim: unknown slot, slide or pin 'rim'; did you mean 'ram'?"),
         ({"ram": -0.1}, "ram: must not be negative, got -0.1"),
     ],
 )
 def test_friction_with_mistakes_is_refused(friction, problem):
     with pytest.raises(ConfigError, match=f"^linkage.loads.friction.{problem.replace('?', '.')}$"):
         with_loads(SHAPER, {"forces": {"S": [1, 2]}, "friction": friction})
-
-
-def test_two_slots_that_hold_one_link_are_not_both_rough():
-    loads = {"masses": {"M": 1}, "friction": {"h": 0.1, "v": 0.1}}
-    with pytest.raises(ConfigError, match=r"friction.v: h and v hold one pin or link; only one of the two can"):
-        trammel(loads=loads)
-    motion = explore.simulate(
-        trammel(loads=loads | {"friction": {"v": 0.1}}), {"l": 100.0, "m": 30.0, "speed": 4.0}, angles=[20.0, 130.0]
-    )
-    assert (motion["friction_power"] > 0.0).all()

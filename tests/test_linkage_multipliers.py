@@ -135,9 +135,9 @@ def balance(joints, loads, speed, row, theta):
     for slot, force in loads["opposing"].items():
         function, _, _ = coordinate(slot)
         act(function, [-force * mpmath.sign(rate(function)[0])])
-    for slot, coefficient in loads.get("friction", {}).items():  # of the size in the row, which has to come out again
-        function, _, _ = coordinate(slot)
-        act(function, [-coefficient * abs(row[f"{slot}_normal_force"]) * mpmath.sign(rate(function)[0])])
+    for name, coefficient in loads.get("friction", {}).items():  # of the size in the row, which has to come out again
+        function = coordinate(name)[0] if name in joints.slots else lambda z, name=name: [joints.slid(z, name)]
+        act(function, [-coefficient * abs(row[f"{name}_normal_force"]) * mpmath.sign(rate(function)[0])])
     multipliers = mpmath.lu_solve(jacobian(lambda z: joints.equations(z, theta), q).T, -forces)
     found = {"drive_torque": multipliers[len(q) - 1] * METERS}
     busy = {slot[0] for slot in joints.slots.values()} | {*loads["masses"]} | {*loads["forces"]}
@@ -145,9 +145,10 @@ def balance(joints, loads, speed, row, theta):
     for k, (point, _, link) in enumerate(joints.pins):
         if len(joints.owners[point]) == 2 and point not in busy:
             found |= {f"{point}_force_on_{link}_{axis}": multipliers[2 * k + i] for i, axis in enumerate("xy")}
-    return found | {
-        f"{name}_normal_force": multipliers[2 * len(joints.pins) + k] for k, name in enumerate(joints.slots)
-    }
+    first = 2 * len(joints.pins)
+    found |= {f"{name}_normal_force": multipliers[first + k] for k, name in enumerate(joints.slots)}
+    first += len(joints.slots) + 1  # behind the turning of each slide
+    return found | {f"{name}_normal_force": multipliers[first + 2 * k] for k, name in enumerate(joints.slides)}
 
 
 @pytest.mark.parametrize("name", [*FEW, *GROUPED, *(pytest.param(name, marks=pytest.mark.slow) for name in MANY)])

@@ -139,10 +139,10 @@ def test_friction_that_may_lock_has_no_force():
 @pytest.mark.parametrize(
     ("friction", "problem"),
     [
-        ({"X": 0.1}, r"X: unknown slot or pin 'X'; available: guide, O, A, B"),
+        ({"X": 0.1}, r"X: unknown slot, slide or pin 'X'; available: guide, O, A, B"),
         ({"A": 0.1}, r"A: must be a table such as A = \{ coefficient = 0.1, radius = 8 \}, got 0.1"),
-        ({"a": PIN}, r"a: unknown slot or pin 'a'; did you mean 'A'\?"),
-        ({"crank": PIN}, r"crank: unknown slot or pin 'crank'; available: guide, O, A, B"),
+        ({"a": PIN}, r"a: unknown slot, slide or pin 'a'; did you mean 'A'\?"),
+        ({"crank": PIN}, r"crank: unknown slot, slide or pin 'crank'; available: guide, O, A, B"),
         ({"guide": PIN}, r"guide: must be a number or an expression, got .*"),
         ({"A": {"coefficient": 0.1}}, r"A: the key 'radius' is missing; a complete one is A = .*"),
         ({"A": {"coefficient": -0.1, "radius": 2}}, r"A.coefficient: must not be negative, got -0.1"),

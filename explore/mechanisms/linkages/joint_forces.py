@@ -31,7 +31,7 @@ class JointForces:
     """
 
     def __init__(self, equations: Equations, loading: Loading, sizes: Mapping[Joint, Number] = MappingProxyType({})):
-        """Know the loads; with the `sizes` of those that friction follows from, N, or for slots their own."""
+        """Know the loads; with the `sizes` of those that friction follows from, N, or for single slots their own."""
         self._equations, self._table = equations, equations.table
         self._zero = equations.graph.constant(0.0)
         self.on_bodies: dict[tuple[str, str], Local] = {}
@@ -50,6 +50,18 @@ class JointForces:
             moment = bearing.arm * bearing.sense * sizes[joint]
             self._moments[bearing.link] = self._moments[bearing.link] - moment
             self._moments[bearing.holder] = self._moments[bearing.holder] + moment
+        for slide in self._table.slides:
+            if slide.link in self._friction:
+                self._slow_down(slide)
+
+    def _slow_down(self, slide: Slide) -> None:
+        """Note the friction on a link that slides; where along the direction it acts makes no difference."""
+        coefficient, sense = self._friction[slide.link]
+        x, y = self._equations.slide_direction(slide)
+        force = times((x.terms[0], y.terms[0]), -(coefficient * sense * self._sizes[slide.link]))
+        place = self._place(next(iter(self._table.body_of[slide.link].place_of)))
+        self._acting[slide.link].append((place, force))
+        self._acting[slide.body].append((place, (-force[0], -force[1])))
 
     # forces that were found
 

@@ -21,7 +21,7 @@ from explore.model.drawing import Panel
 from explore.model.quantities import FloatArray, Formula, Signal
 
 _TORQUE = "drive_torque"
-#: Signal of how near friction of pins, or of slots of groups, is to locking.
+#: Signal of how near friction is to locking, where its forces are solved for together.
 _LOCK_RATIO = "lock_ratio"
 #: Pole order of products of accelerations and velocities.
 _POLE_ORDER = 6
@@ -36,7 +36,7 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
     reactions, sizes, sum_of_gains = balance_friction(equations, loading)
     loading.take_friction(reactions.across, sizes)
     yield from _find_curves(loading, table, table.loads)
-    yield from _find_turning(loading)
+    yield from _find_rates(equations, loading)
     torque = loading.torque
     if not table.driven_slot:
         words = "torque of the drive on the driver, counter-clockwise positive"
@@ -59,13 +59,18 @@ def find_load_quantities(equations: Equations) -> Iterator[Quantity]:
     yield from _find_forces(loading, reactions, table, table.loads)
 
 
-def _find_turning(loading: Loading) -> Iterator[Quantity]:
-    """The rates of links against pins with friction; those against the frame are signals of the links."""
+def _find_rates(equations: Equations, loading: Loading) -> Iterator[Quantity]:
+    """The rates against friction of pins and slides; of links against the frame they are signals of the links."""
     for bearing in loading.bearings.values():
         if bearing.holder != FRAME and bearing.rate.value is None:
             words = f"angular velocity of {bearing.link} against {bearing.holder} at {bearing.pin}"
             signal = Signal(bearing.turning, "rad/s", words, -1, 1, speed_power=1, pole_order=4)
             yield Quantity(signal, bearing.rate)
+    for slide in equations.table.slides:
+        rate = equations.slide_position(slide).terms[1]
+        if slide.sliding in loading.senses:
+            words = f"velocity of {slide.link} along its direction against {slide.body}"
+            yield Quantity(Signal(slide.sliding, "mm/s", words, -1, 1, speed_power=1, pole_order=4), rate)
 
 
 def _find_curves(loading: Loading, table: LinkageTable, loads: Loads) -> Iterator[Quantity]:

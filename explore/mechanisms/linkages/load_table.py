@@ -150,7 +150,7 @@ class Loads:
 
     @property
     def rough_slots(self) -> tuple[str, ...]:
-        """The slots with friction."""
+        """The slots, and links that slide, with friction."""
         return tuple(element.name for element in self.elements if element.kind == "friction")
 
     def has(self, kind: str) -> bool:

@@ -27,6 +27,7 @@ from explore.mechanisms.linkages.expressions import read_expression
 from explore.mechanisms.linkages.graph import SENSES, Number, Series
 from explore.mechanisms.linkages.group_steps import groups_of
 from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PivotedMass
+from explore.mechanisms.linkages.steps import slots_of
 from explore.mechanisms.linkages.table import Slot
 from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minus
 
@@ -34,7 +35,7 @@ from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minu
 AMOUNTS = ("kg", "kg m^2", "N s/m", "N m s/rad")
 #: The parameter that the speed of the driver is, rad/s.
 SPEED = "speed"
-#: A slot, or a pin and the link that turns on it.
+#: A slot, a link that slides, or a pin and the link that turns on it.
 Joint = str | tuple[str, str]
 #: Meters in a millimeter.
 _METERS = Fraction(1, 1000)
@@ -64,7 +65,7 @@ class Loading:
     squares
         Squares of distances that are divided by.
     friction
-        For each slot with friction, its coefficient and the sense of the motion of its pin.
+        For each slot, and link that slides, with friction its coefficient and the sense of the motion.
     bearings
         For each pin with friction and each link that turns on it, how.
     senses
@@ -114,14 +115,23 @@ class Loading:
 
     @property
     def needs_sizes(self) -> bool:
-        """Whether friction follows from sizes of forces that are solved for together: of pins, or slots of groups."""
+        """Whether friction follows from sizes of forces that are solved for together.
+
+        They are those of pins, of links that slide, of slots of groups, and of two slots that hold one pin or link.
+        """
+        rough = self.friction.keys()
+        if self.bearings or rough & {slide.link for slide in self._equations.table.slides}:
+            return True
         ties = [tie for group in groups_of(self._equations.steps) for tie in group.ties]
-        return bool(self.bearings) or any(isinstance(tie, Slot) and tie.name in self.friction for tie in ties)
+        both = [slots for step in self._equations.steps if len(slots := slots_of(step)) == 2]
+        return any(isinstance(tie, Slot) and tie.name in rough for tie in ties) or any(
+            rough >= {slot.name for slot in slots} for slots in both
+        )
 
     def take_friction(self, across: Mapping[str, Number], sizes: Mapping[Joint, Number]) -> None:
-        """Take the power of friction from the forces across slots and the sizes of those of pins, N."""
+        """Take the power of friction from the forces across slots and slides, and the sizes of those of pins, N."""
         takes = [
-            coefficient * sense * abs(across[name]) * self._slot_position(name).terms[1]
+            coefficient * sense * abs(across[name]) * self._sliding(name)[0]
             for name, (coefficient, sense) in self.friction.items()
         ]
         takes += [each.arm * each.sense * sizes[name] * each.rate for name, each in self.bearings.items()]
@@ -134,8 +144,13 @@ class Loading:
         result.on_pins, result.on_bodies, result.moments = {}, {}, {}
         return result
 
-    def _slot_position(self, name: str) -> Series:
-        return self._equations.slot_position(next(slot for slot in self._equations.table.slots if slot.name == name))
+    def _sliding(self, name: str) -> tuple[Number, str]:
+        """The rate of a slot, or of a link that slides, and its signal."""
+        for slide in self._equations.table.slides:
+            if slide.link == name:
+                return self._equations.slide_position(slide).terms[1], slide.sliding
+        slot = next(slot for slot in self._equations.table.slots if slot.name == name)
+        return self._equations.slot_position(slot).terms[1], f"{name}_velocity"
 
     @property
     def lag_rate(self) -> Number | None:
@@ -193,9 +208,9 @@ class Loading:
 
     def _add_element(self, element: Element) -> None:
         if element.kind == "friction":
-            rate = self._slot_position(element.name).terms[1]
+            rate, signal = self._sliding(element.name)
             coefficient = self._not_negative(self._read(element.size))
-            self.friction[element.name] = coefficient, self._sense_of(f"{element.name}_velocity", rate)
+            self.friction[element.name] = coefficient, self._sense_of(signal, rate)
         elif element.kind == "pin_friction":
             self._add_bearings(element)
         elif len(element.ends) == 2 and element.ends[0] in self._equations.points:

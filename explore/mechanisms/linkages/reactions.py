@@ -12,7 +12,7 @@ gives C, and the force q across without friction::
     N = q/(1 - r sign(q)),    r = mu s C/D
 
 This is unique while |r| < 1; else friction can lock the slot, and there is no number. `friction` solves for the sizes
-of forces where pins have friction too, or slots of groups; here they are given, and N = q + r |N|.
+of forces where others have friction too; here they are given, and N = q + r |N|.
 """
 
 from collections.abc import Mapping
@@ -213,9 +213,12 @@ class Reactions(JointForces):
     def _rubbed(
         self, rest: Local, loci: tuple[Locus, Locus], directions: tuple[Local, Local], joint: str
     ) -> Local:  # fmt: skip
-        """What two loci balance, with the friction of the one that is a slot with some."""
+        """What two loci balance, with the friction of those that are slots with some."""
+        rough = [locus for locus in loci if isinstance(locus, Slot) and locus.name in self._friction]
+        if len(rough) == 2:  # their sizes are known
+            return plus(rest, plus(*(self._rub(slot, self._zero) for slot in rough)))
         for number, locus in enumerate(loci):
-            if isinstance(locus, Slot) and locus.name in self._friction:
+            if isinstance(locus, Slot) and locus in rough:
                 smooth, along = self._shares(rest, *directions, joint)[number], self._along(locus)
                 turned = cross(along, directions[1]) if number == 0 else cross(directions[0], along)
                 size = self._pressed(locus, smooth, turned / self._equations.determinants[joint])

@@ -129,6 +129,18 @@ class TableError(RequestError):
         self.name = name
 
 
+def slots_of(step: Step) -> list[Slot]:
+    """The slots, up to two, that a step places a pin or the driver by."""
+    match step:
+        case JoinPoint():
+            loci = [step.first, step.second]
+        case DriveOnLines():
+            loci = [step.first[1], step.second[1]]
+        case _:
+            loci = []
+    return [locus for locus in loci if isinstance(locus, Slot)]
+
+
 def find_steps(table: LinkageTable) -> tuple[Step, ...]:
     """The steps that solve a linkage.
 

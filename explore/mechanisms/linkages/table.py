@@ -66,6 +66,11 @@ class Slide:
     body: str
     direction: Place
 
+    @property
+    def sliding(self) -> str:
+        """The signal of the velocity of the link along its direction, if it has friction."""
+        return f"{self.link}_sliding_velocity"
+
 
 def carrier(body: str, slides: Iterable[Slide]) -> str:
     """The body that a body turns with: links that only translate turn with what they slide on."""

@@ -231,6 +231,11 @@ class Trace:
         """The unit vector along which a link slides."""
         return self._direction(slide.body, self._read(slide.direction))
 
+    def slide_position(self, slide: Slide) -> Series:
+        """The place of a link's origin from that of what it slides on, along its direction, mm."""
+        origin, start = (self._in_plane(body, self._zero) for body in (slide.link, slide.body))
+        return dot(minus(origin, start), self.slide_direction(slide))
+
     # factors
 
     def _add_line_factor(self, joint: str, sine: Series, inherited: Number) -> Number:

@@ -6,7 +6,7 @@ from explore.base.errors import KeyPath, Problems
 from explore.mechanisms.linkages.bearings import rigid_parts
 from explore.mechanisms.linkages.group_steps import groups_of
 from explore.mechanisms.linkages.load_table import Element
-from explore.mechanisms.linkages.steps import DriveOnLines, JoinPoint, Step
+from explore.mechanisms.linkages.steps import Step
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, Slot
 from explore.model.quadrature import MOST_SENSES
 from explore.studies.linkages.structure import SECTION, Structure
@@ -34,21 +34,14 @@ def note_many_senses(elements: Iterable[Element], key: KeyPath, problems: Proble
         problems.append((key, reason))
 
 
-def note_rough_joints(table: LinkageTable, steps: Iterable[Step], problems: Problems) -> None:
-    """Note points that two slots place which both have friction, and slots with friction whose pin rests."""
+def note_resting_pins(table: LinkageTable, steps: Iterable[Step], problems: Problems) -> None:
+    """Note slots with friction whose pin rests."""
     rough = table.loads.rough_slots if table.loads else ()
     for group in groups_of(steps):
         for tie in group.ties:
             if isinstance(tie, Slot) and tie.name in rough and group.rests_on_first(tie):
                 reason = f"the pin of {tie.name} rests, as {group.first} and {group.second} are of one rigid part"
                 problems.append(((SECTION, "loads", "friction", tie.name), reason))
-    for step in steps:
-        if isinstance(step, JoinPoint | DriveOnLines):
-            lines = [step.first, step.second] if isinstance(step, JoinPoint) else [step.first[1], step.second[1]]
-            both = [line.name for line in lines if isinstance(line, Slot) and line.name in rough]
-            if len(both) == 2:
-                reason = f"{both[0]} and {both[1]} hold one pin or link; only one of the two can have friction"
-                problems.append(((SECTION, "loads", "friction", both[1]), reason))
 
 
 def note_rigid_pins(table: LinkageTable, steps: Iterable[Step], problems: Problems) -> None:

@@ -167,7 +167,8 @@ class LoadReader:
         if name in self._structure.points:
             return self._pin_friction(name, entry, key)
         pins = [point for point in self._structure.points if len(bodies_on(self._structure, point)) > 1]
-        if not is_known(name, key, [*self._slots, *pins], "slot or pin", self._problems):
+        slides = [slide.link for slide in self._structure.slides]
+        if not is_known(name, key, [*self._slots, *slides, *pins], "slot, slide or pin", self._problems):
             return Element("friction", name, (name,), ZERO)
         if name == self._driver:
             self._problems.append((key, f"{name} is driven; friction there adds to the force of the drive"))
