@@ -197,6 +197,9 @@ def test_results_are_shown_in_the_chosen_units(results):
 
 def test_results_without_chosen_units_are_the_same_object(results):
     assert results.in_units(ShownUnits()) is results
+    assert results.in_units({"length": "in", "speed": "rpm"}).units == results.in_units(INCHES).units != results.units
+    with pytest.raises(explore.RequestError, match="^length: "):
+        results.in_units({"length": "rpm"})
 
 
 def test_a_ranking_compares_declared_values_and_returns_shown_ones(results):

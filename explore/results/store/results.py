@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from explore.base.counts import design_numbers
 from explore.base.errors import RequestError
-from explore.base.units.shown import Scale, ShownUnits, in_units, show_bounds
+from explore.base.units.shown import Scale, ShownUnits, in_units, read_shown_units, show_bounds
 from explore.model.columns import Column
 from explore.model.progress import ReportProgress
 from explore.results.store.block_bytes import damaged_blocks
@@ -111,12 +111,13 @@ class Results(RecordedStudy):
         """The declared and the shown unit of each column."""
         return self._units.scales({column.name: column.unit for column in self._layout.columns})
 
-    def in_units(self, units: ShownUnits) -> Results:
-        """These results with all values and bounds in the chosen units; the file stays in declared ones.
+    def in_units(self, units: ShownUnits | Mapping[str, str]) -> Results:
+        """These results with all values and bounds in the chosen units, as ``{"length": "in", "speed": "rpm"}``.
 
-        Values are converted when they are read. Two designs that differ by a rounding error may become equal, so that
-        rankings compare the declared values.
+        The file stays in declared ones: values are converted when they are read. Two designs that differ by a rounding
+        error may become equal, so that rankings compare the declared values.
         """
+        units = units if isinstance(units, ShownUnits) else read_shown_units(units)
         if units == self._units:
             return self
         shown = copy(self)
