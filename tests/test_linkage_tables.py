@@ -124,19 +124,6 @@ def test_the_driver_turns_about_one_point_of_the_frame(tmp_path, frame):
     assert len(lines) == 1
 
 
-@pytest.mark.parametrize("output", ["table", "tool"])
-def test_the_output_is_no_link_that_slides_in_the_frame_or_on_one_that_does(tmp_path, output):
-    text = FOUR_BAR.replace('driver = "crank"', f'driver = "crank"\noutput = "{output}"').replace("C = [100, 0]\n", "")
-    text = text.replace("rocker = { C = 0, B = 70 }", "table = { G = 0 }\ntool = { B = 0 }").replace(
-        '[linkage.branch]\nB = "left of A C"',
-        '[linkage.slots]\ngroove = { pin = "A", link = "table", along = ["G", [0, 1]] }\n[linkage.slides]\n'
-        'table = { link = "frame", direction = [1, 0] }\ntool = { link = "table", direction = [0, 1] }\n'
-        '[linkage.branch]\nB = "far"',
-    )
-    reason = f"{output} does not turn; name a slot, or a link that turns"
-    assert problems_of(tmp_path, text) == [f"3: linkage.output: {reason}"]
-
-
 def test_a_file_without_a_linkage(tmp_path):
     assert problems_of(tmp_path, "driver = 3\n") == [
         "1: linkage: is missing; describe the linkage in the section [linkage]"

@@ -147,9 +147,9 @@ class Motion:
 
     @property
     def output_place(self) -> Quantity:
-        """The angle of the output, a link, or its position along a slot."""
-        is_link = self.table.output in self.table.body_of
-        return self.graph.quantities[f"{self.table.output}_{'angle' if is_link else 'position'}"]
+        """The angle of the output, or its position along a line."""
+        is_slider = self.table.output in self.table.sliders
+        return self.graph.quantities[f"{self.table.output}_{'position' if is_slider else 'angle'}"]
 
     def place(self, point: str, link: str = "") -> Function:
         """The coordinates of a point that moves, mm, and those of the direction of a link, if one is named."""

@@ -37,7 +37,7 @@ _WINDOWS = (-360, 726)
 
 def place_unit(table: LinkageTable, curve: Curve) -> str:
     """The unit of the places of a curve, "mm" or "deg"."""
-    of_output = curve.over in (FROM_LEAST, TO_GREATEST) and table.output in table.body_of
+    of_output = curve.over in (FROM_LEAST, TO_GREATEST) and table.output in {*table.body_of} - {*table.sliders}
     return "deg" if of_output or curve.over == CRANK_ANGLE else "mm"
 
 
@@ -55,8 +55,7 @@ def place_of_curve(equations: Equations, curve: Curve) -> Number:
         return equations.output_place() - graph.input(LEAST_PLACE)
     if curve.over == TO_GREATEST:
         return graph.input(GREATEST_PLACE) - equations.output_place()
-    slot = next(slot for slot in table.slots if slot.name == curve.over)
-    return equations.slot_position(slot).terms[0]
+    return equations.position_of(curve.over).terms[0]
 
 
 def _middle(table: LinkageTable, curve: Curve) -> float:

@@ -274,7 +274,7 @@ def _rate_of(equations: Equations, rate: str, change: str, links: Sequence[str])
     The angle of a link is 0 unless it is one of the `links` whose references are filled.
     """
     by_name, table = {each.signal.name: each for each in find_quantities(equations)}, equations.table
-    is_placed = table.output in links or table.output in {slot.name for slot in table.slots}
+    is_placed = table.output in (*links, *table.sliders)
     place = equations.output_place() if is_placed else equations.graph.constant(0.0)
     size = equations.size if by_name[rate].signal.unit.startswith("mm") else equations.graph.constant(1.0)
     return by_name[rate].number, by_name[change].number, size * equations.condition.sqrt() * ROUNDING, place
@@ -283,6 +283,6 @@ def _rate_of(equations: Equations, rate: str, change: str, links: Sequence[str])
 def _returns(name: str, table: LinkageTable) -> bool:
     """Whether a signal is a rate of what is the same after a turn; the angle of a link need not be."""
     rates = ("_velocity_x", "_velocity_y", "_acceleration_x", "_acceleration_y")
-    slots = {f"{slot.name}_{rate}" for slot in table.slots for rate in ("velocity", "acceleration")}
+    sliders = {f"{name}_{rate}" for name in table.sliders for rate in ("velocity", "acceleration")}
     links = {f"{link.name}_acceleration" for link in table.links}
-    return name.endswith(rates) or name in slots or name in links
+    return name.endswith(rates) or name in sliders or name in links

@@ -88,9 +88,9 @@ class Loading:
         self.moments: dict[str, list[Number]] = defaultdict(list)
         self.places = {curve.name: place_of_curve(equations, curve) for curve in loads.curves}
         self.values = {curve.name: value_of_curve(equations, curve, self.places[curve.name]) for curve in loads.curves}
-        self.angles = (
-            [equations.table.output] if loads.need_strokes and equations.table.output in equations.directions else []
-        )
+        output, table = equations.table.output, equations.table
+        turns = output in equations.directions and output not in table.sliders
+        self.angles = [output] if loads.need_strokes and turns else []
         self.squares: list[Series] = []
         gravity = loads.gravity
         self._gravity = (
@@ -146,11 +146,8 @@ class Loading:
 
     def _sliding(self, name: str) -> tuple[Number, str]:
         """The rate of a slot, or of a link that slides, and its signal."""
-        for slide in self._equations.table.slides:
-            if slide.link == name:
-                return self._equations.slide_position(slide).terms[1], slide.sliding
-        slot = next(slot for slot in self._equations.table.slots if slot.name == name)
-        return self._equations.slot_position(slot).terms[1], f"{name}_velocity"
+        table, rate = self._equations.table, self._equations.position_of(name).terms[1]
+        return rate, f"{name}_velocity" if name in table.sliders else f"{name}_sliding_velocity"
 
     @property
     def lag_rate(self) -> Number | None:
@@ -215,10 +212,10 @@ class Loading:
             self._add_bearings(element)
         elif len(element.ends) == 2 and element.ends[0] in self._equations.points:
             self._add_between_points(element)
-        elif element.ends[0] in self._equations.table.body_of:
-            self._add_between_links(element)
+        elif element.ends[0] in self._equations.table.sliders:
+            self._add_along_line(element)
         else:
-            self._add_along_slot(element)
+            self._add_between_links(element)
 
     def _add_bearings(self, element: Element) -> None:
         """A bearing for each link that turns on the pin."""
@@ -248,17 +245,24 @@ class Loading:
         self._push(first, (x, y))
         self._push(second, (-x, -y))
 
-    def _add_along_slot(self, element: Element) -> None:
-        """A force that pulls the pin of a slot back along it."""
-        equations = self._equations
-        slot = next(slot for slot in equations.table.slots if slot.name == element.ends[0])
-        position, direction = equations.slot_position(slot), equations.slot_direction(slot)
+    def _add_along_line(self, element: Element) -> None:
+        """A force that pulls the pin of a slot, or a link that slides, back along its line."""
+        equations, name = self._equations, element.ends[0]
+        position = equations.position_of(name)
         size = -self._force(element, position.terms[0], position.terms[1])
         self._power = self._power + size * position.terms[1]
-        x, y = (size * part.terms[0] for part in direction)
-        self.on_pins[slot.pin].append((x, y))
-        px, py = (part.terms[0] for part in equations.points[slot.pin])
-        self.on_bodies[slot.body].append(((px, py), (-x, -y)))
+        slides = [slide for slide in equations.table.slides if slide.link == name]
+        for slide in slides:
+            x, y = (size * part.terms[0] for part in equations.slide_direction(slide))
+            px, py = (part.terms[0] for part in equations.place_of(name, (ZERO, ZERO)))
+            self.on_bodies[name].append(((px, py), (x, y)))
+            self.on_bodies[slide.body].append(((px, py), (-x, -y)))
+        for slot in () if slides else equations.table.slots:
+            if slot.name == name:
+                x, y = (size * part.terms[0] for part in equations.slot_direction(slot))
+                self.on_pins[slot.pin].append((x, y))
+                px, py = (part.terms[0] for part in equations.points[slot.pin])
+                self.on_bodies[slot.body].append(((px, py), (-x, -y)))
 
     def _add_between_links(self, element: Element) -> None:
         """A torque on a link, with its reaction on a second one if there is one."""

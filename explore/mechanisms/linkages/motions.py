@@ -128,9 +128,8 @@ def _kernel(table: LinkageTable, point: str, link: str, is_output: bool = False)
 
 def _output_with_rates(equations: Equations) -> list[Number]:
     table = equations.table
-    slot = next((slot for slot in table.slots if slot.name == table.output), None)
-    if slot:
-        place, *rates = equations.slot_position(slot).terms[:3]
+    if table.output in table.sliders:
+        place, *rates = equations.position_of(table.output).terms[:3]
         return [place, equations.graph.constant(0.0), *rates]
     return [*_in_order(equations.directions[table.output], 1), *equations.turning_of(table.output)]
 
@@ -214,4 +213,4 @@ def _dwells(table: LinkageTable, travel: str, objectives: Sequence[str], turns: 
 
 
 def _output_turns(table: LinkageTable) -> bool:
-    return table.output in {link.name for link in table.links}
+    return table.output in {link.name for link in table.links} - {*table.sliders}

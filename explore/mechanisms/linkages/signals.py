@@ -24,6 +24,9 @@ def find_quantities(equations: Equations) -> list[Quantity]:
             result += _of_link(body.name, equations)
     for slot in table.slots:
         result += _rates(slot.name, f"pin {slot.pin} in the slot {slot.name}", equations.slot_position(slot))
+    for slide in table.slides:
+        if slide.link in table.sliders:
+            result += _rates(slide.link, f"link {slide.link} along {slide.body}", equations.slide_position(slide))
     for joint, (sine, cosine) in equations.transmission.items():
         name = f"{joint}_transmission_angle"
         signal = Signal(name, "deg", f"transmission angle at {joint}", -1, 1)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property
 
@@ -68,7 +68,7 @@ class Slide:
 
     @property
     def sliding(self) -> str:
-        """The signal of the velocity of the link along its direction, if it has friction."""
+        """The signal of the velocity along its direction of a link that turns too, if it has friction."""
         return f"{self.link}_sliding_velocity"
 
 
@@ -78,6 +78,12 @@ def carrier(body: str, slides: Iterable[Slide]) -> str:
     for _ in found:
         body = found.get(body, body)
     return body
+
+
+def sliders_of(slots: Iterable[Slot], slides: Sequence[Slide]) -> tuple[str, ...]:
+    """The names of what has a position along its line: slots, and links that slide and do not turn."""
+    straight = [slide.link for slide in slides if carrier(slide.link, slides) == FRAME]
+    return (*(slot.name for slot in slots), *straight)
 
 
 @dataclass(frozen=True)
@@ -154,6 +160,11 @@ class LinkageTable:
     def body_of(self) -> dict[str, Body]:
         """The bodies by name."""
         return {body.name: body for body in self.bodies}
+
+    @cached_property
+    def sliders(self) -> tuple[str, ...]:
+        """The names of `sliders_of`."""
+        return sliders_of(self.slots, self.slides)
 
     @cached_property
     def points(self) -> tuple[str, ...]:

@@ -147,10 +147,17 @@ class Trace:
         """The middle of the range of the angle of a link, rad."""
         return self.graph.input(f"{REFERENCE}{link}:0")
 
+    def position_of(self, name: str) -> Series:
+        """The position of a slot, or of a link that slides, along its line, mm."""
+        for slide in self.table.slides:
+            if slide.link == name:
+                return self.slide_position(slide)
+        return self.slot_position(next(slot for slot in self.table.slots if slot.name == name))
+
     def output_place(self) -> Number:
-        """The position of the output's pin in its slot, mm, or the angle of the output link, rad."""
-        slot = next((slot for slot in self.table.slots if slot.name == self.table.output), None)
-        return self.slot_position(slot).terms[0] if slot else self.angle_of(self.table.output)
+        """The position of the output along its line, mm, or its angle, rad."""
+        output = self.table.output
+        return self.position_of(output).terms[0] if output in self.table.sliders else self.angle_of(output)
 
     def turning_of(self, body: str) -> tuple[Number, Number]:
         """First and second derivative of the angle of a body by the input angle."""

@@ -42,7 +42,7 @@ class CurveReader:
     ) -> None:
         self._structure, self._output, self._moving, self._folder = structure, output, moving, folder
         self._turns, self._problems = turns, structure.problems
-        self._slots = [slot.name for slot in structure.slots]
+        self._sliders = structure.sliders
         self.names: set[str] = set()
         self.lowest: dict[str, float] = {}
         self.coordinates: list[Located] = []
@@ -59,7 +59,7 @@ class CurveReader:
     def _curve(self, name: str, entry: object) -> Curve:
         key = (SECTION, "loads", "curves", name)
         structure = self._structure
-        taken = {*structure.points, *structure.bodies, *self._slots}
+        taken = {*structure.points, *structure.bodies, *self._sliders}
         for each in (name, f"{name}_place", f"{name}_value"):
             if each in taken:
                 self._problems.append((key, f"{each} is the name of something else; choose another"))
@@ -74,7 +74,8 @@ class CurveReader:
         over = self._over(given.get("over", CRANK_ANGLE), (*key, "over"))
         shape = given.get("shape", _SHAPES[0])
         is_known(shape, (*key, "shape"), _SHAPES, "shape", self._problems)
-        of_angle = over == CRANK_ANGLE or (over in (FROM_LEAST, TO_GREATEST) and self._output in structure.bodies)
+        turns = self._output in structure.bodies and self._output not in self._sliders
+        of_angle = over == CRANK_ANGLE or (over in (FROM_LEAST, TO_GREATEST) and turns)
         points = self._points(given, key, "deg" if of_angle else "mm")
         if over == CRANK_ANGLE and "over" in given and self._turns and points:
             (first, start), (last, stop) = points[0], points[-1]
@@ -92,7 +93,7 @@ class CurveReader:
     def _over(self, entry: object, key: KeyPath) -> str | tuple[str, Place]:
         if isinstance(entry, Mapping):
             return self._along(entry, key)
-        known = (*self._slots, CRANK_ANGLE, FROM_LEAST, TO_GREATEST)
+        known = (*self._sliders, CRANK_ANGLE, FROM_LEAST, TO_GREATEST)
         is_known(entry, key, known, f"slot or way, or a point such as {_POINT},", self._problems)
         if entry in (FROM_LEAST, TO_GREATEST) and not self._turns:
             self._problems.append((key, "a linkage with a range has no strokes, whose ends places are measured from"))

@@ -61,7 +61,7 @@ class LoadReader:
     def __init__(self, structure: Structure, driver: str, output: str, folder: Path | None, *, turns: bool) -> None:
         self._structure, self._driver, self._problems = structure, driver, structure.problems
         self._links = [link.name for link in structure.links]
-        self._slots = [slot.name for slot in structure.slots]
+        self._sliders = structure.sliders
         fixed = structure.bodies[FRAME].place_of
         self._moving = [point for point in structure.points if point not in fixed]
         self._turns = turns
@@ -107,7 +107,7 @@ class LoadReader:
 
     def _motor(self, entry: object, key: KeyPath) -> Motor:
         """A motor of a link that turns fully."""
-        if self._driver in self._slots or not self._turns:
+        if self._driver in self._sliders or not self._turns:
             self._problems.append((key, f"drives a link that turns fully, and {self._driver} does not"))
         given = read_table(entry, key, _MOTOR_KEYS, _MOTOR, self._problems, _MOTOR_KEYS)
         flywheel = self._amount(given.get("flywheel", 1), (*key, "flywheel"), "kg m^2")
@@ -157,18 +157,20 @@ class LoadReader:
 
     def _opposing(self, name: str, entry: object) -> Element:
         key = (SECTION, "loads", "opposing", name)
-        known = [*self._slots, *self._links]
+        known = [*self._sliders, *self._links]
         is_known(name, key, known, "slot or link", self._problems)
+        if name in self._sliders:
+            return Element("opposing", name, (name,), self._amount(entry, key, "N"))
         self._check_turns((name,), key)
-        return Element("opposing", name, (name,), self._amount(entry, key, "N m" if name in self._links else "N"))
+        return Element("opposing", name, (name,), self._amount(entry, key, "N m"))
 
     def _friction(self, name: str, entry: object) -> Element:
         key = (SECTION, "loads", "friction", name)
         if name in self._structure.points:
             return self._pin_friction(name, entry, key)
         pins = [point for point in self._structure.points if len(bodies_on(self._structure, point)) > 1]
-        slides = [slide.link for slide in self._structure.slides]
-        if not is_known(name, key, [*self._slots, *slides, *pins], "slot, slide or pin", self._problems):
+        known = dict.fromkeys([*self._sliders, *(slide.link for slide in self._structure.slides), *pins])
+        if not is_known(name, key, known, "slot, slide or pin", self._problems):
             return Element("friction", name, (name,), ZERO)
         if name == self._driver:
             self._problems.append((key, f"{name} is driven; friction there adds to the force of the drive"))
@@ -194,7 +196,7 @@ class LoadReader:
         keys = ("between", "rate", *(("rest",) if kind == "springs" else ()))
         given = read_table(entry, key, keys, _EXAMPLES[kind], self._problems, keys)
         ends = self._ends(given.get("between", ""), (*key, "between"), kind) if "between" in given else ()
-        turns = bool(ends) and ends[0] in self._links
+        turns = bool(ends) and ends[0] in self._links and (len(ends) == 2 or ends[0] not in self._sliders)
         if turns and kind == "springs" and ends[0] == self._driver:
             reason = f"{ends[0]} turns with the crank angle, on which no spring acts; name another link"
             self._problems.append(((*key, "between"), reason))
@@ -210,7 +212,7 @@ class LoadReader:
         """Two points; a slot; or one or two links."""
         names = entry if isinstance(entry, list | tuple) else [entry]
         if len(names) == 1 and isinstance(names[0], str):
-            is_known(names[0], key, [*self._slots, *self._links], "slot or link", self._problems)
+            is_known(names[0], key, [*self._sliders, *self._links], "slot or link", self._problems)
             return (names[0],)
         if len(names) != 2 or not all(isinstance(name, str) for name in names):
             reason = f'must be a slot, a link or two points, such as ["P", "Q"], got {format_value(entry)}'

@@ -12,7 +12,7 @@ from explore.base.suggest import format_value, one_line, suggestion
 from explore.base.units.quantities import exact_angle
 from explore.mechanisms.linkages.group_steps import groups_of
 from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
-from explore.mechanisms.linkages.table import FRAME, LinkageTable, TableParameter, carrier
+from explore.mechanisms.linkages.table import FRAME, LinkageTable, TableParameter
 from explore.studies.linkages.branch import note_missing, note_odd_words, read_branch, two_sided
 from explore.studies.linkages.copies import add_copies
 from explore.studies.linkages.friction import note_resting_pins, note_rigid_pins
@@ -214,9 +214,6 @@ def _output(section: Mapping[str, Any], driver: str, structure: Structure, probl
     if output == driver and output in (*links, *slots):
         motion = "turns at constant speed" if output in links else "is driven"
         problems.append(((SECTION, "output"), f"{output} {motion}; name another link or a slot"))
-    elif output in links and carrier(output, structure.slides) == FRAME:
-        reason = f"{output} does not turn; name a slot, or a link that turns"
-        problems.append(((SECTION, "output"), reason))
     elif output not in ("", *links, *slots):
         reason = f"unknown link or slot {format_value(output)}; {suggestion(str(output), [*links, *slots])}"
         problems.append(((SECTION, "output"), reason))

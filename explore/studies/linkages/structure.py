@@ -9,7 +9,7 @@ from explore.base.entries import read_table
 from explore.base.errors import KeyPath, Problems
 from explore.base.suggest import closest_name, format_value, suggestion
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate, Place
-from explore.mechanisms.linkages.table import FRAME, Body, Slide, Slot
+from explore.mechanisms.linkages.table import FRAME, Body, Slide, Slot, sliders_of
 from explore.studies.linkages.coordinates import read_pair, read_place, value_of
 from explore.studies.linkages.names import reason_against
 
@@ -56,6 +56,11 @@ class Structure:
     def links(self) -> tuple[Body, ...]:
         """The moving bodies."""
         return tuple(body for body in self.bodies.values() if body.name != FRAME)
+
+    @property
+    def sliders(self) -> tuple[str, ...]:
+        """The slots, and the links that slide and do not turn."""
+        return sliders_of(self.slots, self.slides)
 
     @property
     def points(self) -> tuple[str, ...]:

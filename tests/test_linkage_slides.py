@@ -1,4 +1,4 @@
-"""Friction of links that slide, and of two slots that hold one pin or link, where forces are solved for together."""
+"""Links that slide: as outputs, with loads along them, and with friction, as of two slots that hold one pin."""
 
 import math
 import random
@@ -65,11 +65,67 @@ def test_a_scotch_yoke_with_a_straight_slot_is_a_closed_form():
     inertia = -2.0 * SPEED**2 * 0.035 * np.cos(np.radians(ANGLES))
     torque = inertia * rate + 0.2 * 2.0 * 9.81 * np.abs(rate)
     assert motion["drive_torque"].to_numpy() == pytest.approx(torque, abs=1e-15)
-    assert motion["yoke_sliding_velocity"].to_numpy() == pytest.approx(1e3 * SPEED * rate, abs=1e-12)
+    assert motion["yoke_velocity"].to_numpy() == pytest.approx(1e3 * SPEED * rate, abs=1e-12)
     row = explore.evaluate(linkage, values, metrics=["net_work", "drive_torque_mean"], window="cycle", tolerance=1e-9)
     lost = 0.2 * 2.0 * 9.81 * 4.0 * 0.035
     assert row["net_work"].iloc[0] == pytest.approx(lost, rel=1e-12)
     assert row["drive_torque_mean"].iloc[0] == pytest.approx(lost / (2.0 * math.pi), rel=1e-12)
+
+
+#: Loads of all kinds along a slide, and one over its position.
+ALONG = {
+    "masses": {"P": 2.0},
+    "opposing": {"yoke": 50},
+    "springs": {"coil": {"between": "yoke", "rate": 300, "rest": -5}},
+    "dampers": {"oil": {"between": "yoke", "rate": 20}},
+    "curves": {
+        "push": {"over": "yoke", "points": [[-40, 0], [0, 10], [40, 5]]},
+        "end": {"over": "from_least", "points": [[0, 0], [30, 20], [90, 0]]},
+    },
+    "forces": {"P": ["push + end", 0]},
+}
+
+
+def torque_along(angle):
+    """The torque of the drive of the Scotch yoke, whose slot is straight, by power."""
+    place, rate = 0.035 * np.cos(angle), -0.035 * np.sin(angle)
+    push = np.interp(1e3 * place, [-40, 0, 40], [0, 10, 5]) + np.interp(1e3 * place + 35.0, [0, 30, 90], [0, 20, 0])
+    steady = -2.0 * SPEED**2 * place - push + 300 * (place + 0.005) + 20 * SPEED * rate
+    return steady * rate + 50 * np.abs(rate)
+
+
+def test_loads_along_a_slide_act_by_its_position_and_velocity():
+    linkage = explore.Linkage(YOKE | {"output": "yoke", "loads": ALONG})
+    values = {"r": 35.0, "slant": 0.0, "speed": SPEED}
+    motion, angles = explore.simulate(linkage, values, angles=ANGLES.tolist()), np.radians(ANGLES)
+    assert motion["drive_torque"].to_numpy() == pytest.approx(torque_along(angles), abs=2e-15)
+    assert motion["yoke_position"].to_numpy() == pytest.approx(35.0 * np.cos(angles), abs=1e-13)
+    assert motion["yoke_velocity"].to_numpy() == pytest.approx(-35.0 * SPEED * np.sin(angles), abs=1e-12)
+    metrics = ["net_work", "drive_torque_rms_cycle", "stroke", "time_ratio", "yoke_velocity_min_backward"]
+    row = explore.evaluate(linkage, values, metrics=metrics, tolerance=1e-9).iloc[0]
+    torque = torque_along((np.arange(1_000_000) + 0.5) * 2e-6 * np.pi)  # with corners: errors of 1e-12
+    assert row["net_work"] == pytest.approx(2.0 * np.pi * torque.mean(), rel=1e-9)
+    assert row["drive_torque_rms_cycle"] == pytest.approx(np.sqrt((torque**2).mean()), rel=1e-9)
+    assert row[metrics[2:]].to_list() == pytest.approx([70.0, 1.0, -35.0 * SPEED], rel=1e-14)
+
+
+def test_the_strokes_of_a_link_that_slides_are_those_of_its_pin(tmp_path):
+    """Of a slider-crank, as table with a slot and with a slide; proofs too."""
+    parts = {"driver": "crank", "frame": {"O": [0, 0]}, "branch": {"B": "far"}}
+    links = {"crank": {"O": 0, "A": "r"}, "rod": {"A": 0, "B": "l"}}
+    line = [[0, 12], [1, 12]]
+    slot = parts | {"output": "ram", "links": links, "slots": {"ram": {"pin": "B", "link": "frame", "along": line}}}
+    slide = parts | {"output": "ram", "links": links | {"ram": {"B": [0, 12]}}}
+    slide |= {"slides": {"ram": {"link": "frame", "direction": [1, 0]}}}
+    metrics = ["stroke", "time_ratio", "ram_velocity_max_forward", "cv", "mean"]
+    lengths = {"r": [30, 40], "l": 120, "speed": 5}
+    rows = []
+    for number, table in enumerate((slot, slide)):
+        study = explore.Study(mechanism=explore.Linkage(table), parameters=lengths, metrics=metrics, window="drive")
+        results = explore.sweep(study, tmp_path / f"{number}.h5")
+        assert explore.certify(results, [0, 1])["verdict"].to_list() == ["proved", "proved"]
+        rows.append(results.to_pandas()[metrics].to_numpy())
+    assert rows[1] == pytest.approx(rows[0], rel=1e-13)
 
 
 def test_a_slanted_slot_and_its_guide_rub_each_other():
@@ -136,6 +192,7 @@ def test_forces_are_balanced_by_the_multipliers_of_all_joints(name):
             found = balance(joints, loads, mpf(SPEED), row, mpf(angle) * mpmath.pi / 180)
         largest = max(abs(float(force)) for signal, force in found.items() if signal != "drive_torque")
         assert {f"{name}_normal_force" for name in loads["friction"]} <= found.keys()
+        assert ("block_sliding_velocity" in row) == (name == "blocks")
         for signal, force in found.items():
             size = max(abs(float(force)), largest * (0.01 if signal == "drive_torque" else 1.0))
             assert row[signal] == pytest.approx(float(force), abs=1e-13 * size), signal
