@@ -94,7 +94,7 @@ def table_designs(name, count, rng):
         ("stephenson-3", "output_angle"),
         ("watt-2", "output_angle"),
         ("whitworth", "ram_position"),  # it turns back where its slot does
-        ("scotch-yoke", "slot_position"),
+        ("scotch-yoke", "yoke_position"),
         ("elliptic-trammel", "side_position"),
         ("stephenson-3-far", "rocker_angle"),  # a group of four links
         ("jansen", "bar_h_angle"),
