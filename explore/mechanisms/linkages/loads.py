@@ -251,18 +251,18 @@ class Loading:
         position = equations.position_of(name)
         size = -self._force(element, position.terms[0], position.terms[1])
         self._power = self._power + size * position.terms[1]
-        slides = [slide for slide in equations.table.slides if slide.link == name]
-        for slide in slides:
-            x, y = (size * part.terms[0] for part in equations.slide_direction(slide))
-            px, py = (part.terms[0] for part in equations.place_of(name, (ZERO, ZERO)))
+        line = equations.table.line_of(name)
+        if isinstance(line, Slot):
+            place, direction = equations.points[line.pin], equations.slot_direction(line)
+        else:
+            place, direction = equations.place_of(name, (ZERO, ZERO)), equations.slide_direction(line)
+        x, y = (size * part.terms[0] for part in direction)
+        px, py = (part.terms[0] for part in place)
+        if isinstance(line, Slot):
+            self.on_pins[line.pin].append((x, y))
+        else:
             self.on_bodies[name].append(((px, py), (x, y)))
-            self.on_bodies[slide.body].append(((px, py), (-x, -y)))
-        for slot in () if slides else equations.table.slots:
-            if slot.name == name:
-                x, y = (size * part.terms[0] for part in equations.slot_direction(slot))
-                self.on_pins[slot.pin].append((x, y))
-                px, py = (part.terms[0] for part in equations.points[slot.pin])
-                self.on_bodies[slot.body].append(((px, py), (-x, -y)))
+        self.on_bodies[line.body].append(((px, py), (-x, -y)))
 
     def _add_between_links(self, element: Element) -> None:
         """A torque on a link, with its reaction on a second one if there is one."""

@@ -166,6 +166,11 @@ class LinkageTable:
         """The names of `sliders_of`."""
         return sliders_of(self.slots, self.slides)
 
+    def line_of(self, name: str) -> Slot | Slide:
+        """The slot of a name, or the slide of a link."""
+        lines: dict[str, Slot | Slide] = {slot.name: slot for slot in self.slots}
+        return lines.get(name) or next(slide for slide in self.slides if slide.link == name)
+
     @cached_property
     def points(self) -> tuple[str, ...]:
         """All points, in the order of the table, each once."""

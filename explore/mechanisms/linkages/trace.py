@@ -149,10 +149,8 @@ class Trace:
 
     def position_of(self, name: str) -> Series:
         """The position of a slot, or of a link that slides, along its line, mm."""
-        for slide in self.table.slides:
-            if slide.link == name:
-                return self.slide_position(slide)
-        return self.slot_position(next(slot for slot in self.table.slots if slot.name == name))
+        line = self.table.line_of(name)
+        return self.slot_position(line) if isinstance(line, Slot) else self.slide_position(line)
 
     def output_place(self) -> Number:
         """The position of the output along its line, mm, or its angle, rad."""
