@@ -109,6 +109,15 @@ def test_a_minimum_at_a_jump():
     assert found[1] <= 0.7
 
 
+def test_the_border_of_a_jump_is_followed():
+    def jump(positions):
+        values = np.where(positions[:, 0] > 0.3, 1.0, 5.0) + positions.sum(axis=1)
+        return values, np.zeros((len(positions), 0))
+
+    found = polish(jump, np.array([0.5, 0.5]))
+    assert found == pytest.approx([0.3, 0.0], abs=1e-9)
+
+
 def test_undefined_neighbours_end_nothing():
     def half(positions):
         return np.where(positions[:, 0] < 0.5, positions[:, 0], np.nan), np.zeros((len(positions), 0))

@@ -40,34 +40,18 @@ class _FruitlessError(Exception):
 def polish(evaluate: Evaluate, position: FloatArray) -> FloatArray:
     """The best position of local searches from a feasible one; each coordinate is 0 … 1.
 
-    SciPy's sequential quadratic programming leads there, again and again where undefined positions are in its way, and
-    a bundle method along kinks. `evaluate` takes several positions at once.
+    SciPy's sequential quadratic programming leads there, again and again where undefined positions or jumps are in its
+    way, then a bundle method along kinks. `evaluate` takes several positions at once.
     """
-    watched, best, normals = _Watched(evaluate), position, dict[bytes, FloatArray]()
+    best, normals = position, dict[bytes, FloatArray]()
     for inside in _INSIDE:
         for _ in range(_MOST_SEARCHES):
-            local = _Local(watched, best, inside, normals)
+            local = _Local(evaluate, best, inside, normals)
             local.approach(_search(local, best))
-            if watched.is_defined:
-                end = descend(watched, local.best)
-                if watched.is_defined:
-                    return end
             if np.array_equal(local.best, best):
                 break
             best = local.best
     return descend(evaluate, best)
-
-
-class _Watched:
-    """A function to evaluate, and whether it was defined wherever it was."""
-
-    def __init__(self, evaluate: Evaluate) -> None:
-        self._evaluate, self.is_defined = evaluate, True
-
-    def __call__(self, positions: FloatArray) -> tuple[FloatArray, FloatArray]:
-        values, margins = self._evaluate(positions)
-        self.is_defined &= bool(np.isfinite(values).all() and np.isfinite(margins).all())
-        return values, margins
 
 
 class _Local:
