@@ -118,6 +118,16 @@ def test_the_border_of_a_jump_is_followed():
     assert found == pytest.approx([0.3, 0.0], abs=1e-9)
 
 
+@pytest.mark.parametrize("margin", [5.0, math.inf])
+def test_a_margin_that_nothing_changes_says_nothing(margin):
+    """Warnings are errors."""
+
+    def kink(positions):
+        return np.abs(positions - 0.3).max(axis=1), np.full((len(positions), 1), margin)
+
+    assert kink(polish(kink, np.array([0.5, 0.5]))[None])[0][0] <= 0.2
+
+
 def test_undefined_neighbours_end_nothing():
     def half(positions):
         return np.where(positions[:, 0] < 0.5, positions[:, 0], np.nan), np.zeros((len(positions), 0))

@@ -52,12 +52,14 @@ class Pieces:
 
 def pieces_at(functions: Functions, places: FloatArray, step: float) -> Pieces:
     """The pieces that hold at places, (m, d), from differences over a step; without those that are not defined."""
-    m, d = places.shape
+    d = places.shape[1]
     axes, pairs = np.eye(d), [(a, b) for a in range(d) for b in range(a)]
     both = np.array([axes[a] + axes[b] for a, b in pairs]).reshape(-1, d)
     offsets = np.concatenate([np.zeros((1, d)), axes, -axes, both, -both])
     places = np.clip(places, step, 1.0 - step)
-    found = functions((places[:, None] + step * offsets).reshape(-1, d)).reshape(m, len(offsets), -1)
+    found = functions((places[:, None] + step * offsets).reshape(-1, d)).reshape(len(places), len(offsets), -1)
+    is_defined = np.isfinite(found).all(axis=(1, 2))
+    places, found, m = places[is_defined], found[is_defined], int(is_defined.sum())
     centre, above, below = found[:, 0], found[:, 1 : d + 1], found[:, d + 1 : 2 * d + 1]
     count = found.shape[2]
     sums = found[:, 2 * d + 1 :].reshape(m, 2, len(pairs), count).sum(axis=1) - 2.0 * centre[:, None]
@@ -68,11 +70,10 @@ def pieces_at(functions: Functions, places: FloatArray, step: float) -> Pieces:
         mixed = 0.5 * (sums[:, k] / step**2 - bends[:, :, a, a] - bends[:, :, b, b])
         bends[:, :, a, b] = bends[:, :, b, a] = mixed
     slopes = np.swapaxes(above - below, 1, 2) / (2.0 * step)
-    pieces = Pieces(
+    return Pieces(
         np.tile(np.arange(count), m), np.repeat(places, count, axis=0), centre.reshape(-1),
         slopes.reshape(-1, d), bends.reshape(-1, d, d),
     )  # fmt: skip
-    return pieces.chosen(np.repeat(np.isfinite(found).all(axis=(1, 2)), count))
 
 
 def best_step(pieces: Pieces, position: FloatArray, now: FloatArray, radius: float) -> tuple[FloatArray, float]:
@@ -122,7 +123,7 @@ def _holding(
     scales, here = np.empty(len(pieces.kinds)), np.empty(len(pieces.kinds))
     for kind in np.unique(pieces.kinds):
         own = pieces.kinds == kind
-        scales[own] = max(radius * float(np.abs(pieces.slopes[own]).max()), np.finfo(float).tiny)
+        scales[own] = radius * float(np.abs(pieces.slopes[own]).max()) or 1.0
         here[own] = now[kind]
     signs = np.where(pieces.kinds == OBJECTIVE, -1.0, 1.0)
     holds = signs * (pieces.at(position)[0] - here) >= -_OTHER * scales

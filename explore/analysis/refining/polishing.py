@@ -67,7 +67,8 @@ class _Local:
         self.margin_slopes: FloatArray = np.zeros((0, len(position)))
         self._move(position)
         self._scale = max(abs(self.value), float(np.abs(self.slope).max()), np.finfo(float).tiny)
-        self._margin_scales = np.maximum(np.abs(self.margin_slopes).max(axis=1), np.finfo(float).tiny)
+        steepest = np.abs(self.margin_slopes).max(axis=1)
+        self._margin_scales = np.where(steepest > 0.0, steepest, 1.0)
         normal = self._border_normal(position)
         size = max(float(np.abs(normal).max()), 1.0)
         if size > 1.0 / _NEAR:  # a distance of a few roundings tells no direction: measure it from farther inside
