@@ -231,5 +231,16 @@ def test_friction_that_may_lock_has_no_force():
 def test_what_cannot_rub_is_refused():
     with pytest.raises(ConfigError, match=r"friction.crank: unknown slot, slide or pin 'crank'"):
         yoke(crank=0.1)
-    with pytest.raises(ConfigError, match=r"links.a_sliding: this is the name of a signal of a joint"):
-        explore.Linkage(YOKE | {"links": YOKE["links"] | {"a_sliding": {"A": 0, "B": 20}}})
+
+
+def test_a_name_that_would_have_the_velocity_of_a_slide_is_refused_where_it_rubs():
+    reason = r"friction.yoke: its velocity is yoke_sliding_velocity, which yoke_sliding has too; choose another name"
+    links = {"links": YOKE["links"] | {"yoke_sliding": {"A": 0, "B": 20}, "rocker": {"O": 0, "B": 20}}}
+    rough = {"loads": {"masses": {"P": 1}, "friction": {"yoke": "mu_sliding"}}}
+    for parts in (links, {"copies": {"sliding": 90}}):
+        with pytest.raises(ConfigError, match=reason):
+            explore.Linkage(YOKE | parts | rough)
+    values = {"r": 35.0, "slant": 0.0, "mu_sliding": 0.2, "speed": SPEED}
+    assert explore.evaluate(explore.Linkage(YOKE | rough), values)["status"].iloc[0] == Status.OK
+    copied = explore.Linkage(YOKE | {"copies": {"sliding": 90}})
+    assert explore.evaluate(copied, {"r": 35.0, "slant": 0.0, "speed": SPEED})["status"].iloc[0] == Status.OK

@@ -174,6 +174,10 @@ class LoadReader:
             return Element("friction", name, (name,), ZERO)
         if name == self._driver:
             self._problems.append((key, f"{name} is driven; friction there adds to the force of the drive"))
+        signal = next((slide.sliding for slide in self._structure.slides if slide.link == name), "")
+        other = signal.removesuffix("_velocity")
+        if other in {*self._structure.points, *self._links, *self._slots}:
+            self._problems.append((key, f"its velocity is {signal}, which {other} has too; choose another name"))
         return Element("friction", name, (name,), self._amount(entry, key, "1"))
 
     def _pin_friction(self, name: str, entry: object, key: KeyPath) -> Element:

@@ -44,7 +44,7 @@ def reason_against(name: str) -> str:
     if ending in (*_SIGNALS, *_OTHERS):
         kind = "signals" if ending in _SIGNALS else "other columns"
         return f"names that end with _{ending} are of {kind}; choose another"
-    if "_force_on_" in name or "_turning_of_" in name or name.endswith(("_normal_force", "_lock_ratio", "_sliding")):
+    if "_force_on_" in name or "_turning_of_" in name or name.endswith(("_normal_force", "_lock_ratio")):
         return "this is the name of a signal of a joint; choose another"
     prefix = next((each for each in _PREFIXES if name.startswith(each)), "")
     return f"names that begin with {prefix} are of metrics; choose another" if prefix else ""
