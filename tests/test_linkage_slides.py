@@ -234,13 +234,13 @@ def test_what_cannot_rub_is_refused():
 
 
 def test_a_name_that_would_have_the_velocity_of_a_slide_is_refused_where_it_rubs():
-    reason = r"friction.yoke: its velocity is yoke_sliding_velocity, which yoke_sliding has too; choose another name"
-    links = {"links": YOKE["links"] | {"yoke_sliding": {"A": 0, "B": 20}, "rocker": {"O": 0, "B": 20}}}
-    rough = {"loads": {"masses": {"P": 1}, "friction": {"yoke": "mu_sliding"}}}
-    for parts in (links, {"copies": {"sliding": 90}}):
-        with pytest.raises(ConfigError, match=reason):
-            explore.Linkage(YOKE | parts | rough)
-    values = {"r": 35.0, "slant": 0.0, "mu_sliding": 0.2, "speed": SPEED}
-    assert explore.evaluate(explore.Linkage(YOKE | rough), values)["status"].iloc[0] == Status.OK
+    """Of a block that turns with its lever; a yoke that does not has the name of its position."""
+    reason = r"friction.block: its velocity is block_sliding_velocity, which block_sliding has too; choose another name"
+    links = {"links": BLOCKS["links"] | {"block_sliding": {"A": 0, "E": 20}, "rocker": {"O": 0, "E": 40}}}
+    rough = {"loads": {"masses": {"P": 1}, "friction": {"block": "mu_sliding"}}}
+    with pytest.raises(ConfigError, match=reason):
+        explore.Linkage(BLOCKS | links | rough)
+    values = {"r": 45.0, "mu_sliding": 0.1, "speed": SPEED}
+    assert explore.evaluate(explore.Linkage(BLOCKS | rough), values)["status"].iloc[0] == Status.OK
     copied = explore.Linkage(YOKE | {"copies": {"sliding": 90}})
     assert explore.evaluate(copied, {"r": 35.0, "slant": 0.0, "speed": SPEED})["status"].iloc[0] == Status.OK

@@ -18,6 +18,8 @@ _FIRST = 0.01
 _LARGEST = 0.1
 #: Largest change of a coordinate below which the search ends.
 _SMALLEST = 1e-9
+#: Change of the objective that is rounding, relative.
+_ROUNDING = 1e-14
 #: Number of steps after which it ends.
 _MOST_STEPS = 200
 #: Distance of samples from the place that they tell of, of the radius.
@@ -72,7 +74,7 @@ class _Search:
             self.position, self._now = ends[best], found[best]
         gained = before - self._now[OBJECTIVE]
         if gained <= 0.25 * abs(promised):
-            self.radius *= 0.5
+            self.radius *= 0.1 if abs(promised) <= _ROUNDING * abs(before) else 0.5
         elif gained > 0.5 * promised and np.abs(step).max() > 0.9 * self.radius:
             self.radius = min(2.0 * self.radius, _LARGEST)
         new = self._samples(np.concatenate([self.position[None], np.tile(ends[0], (_AT_END, 1))]))

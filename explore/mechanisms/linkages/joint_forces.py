@@ -27,7 +27,7 @@ class JointForces:
     moment
         The moment that turns the driver, N mm; 0 where a pin is driven.
     lock_ratios
-        For each slot with friction, r of the module but for the sense of the motion.
+        For each slot with friction whose size is not given, r of `Reactions` but for the sense of the motion.
     """
 
     def __init__(self, equations: Equations, loading: Loading, sizes: Mapping[Joint, Number] = MappingProxyType({})):

@@ -66,11 +66,10 @@ def _find_rates(equations: Equations, loading: Loading) -> Iterator[Quantity]:
             words = f"angular velocity of {bearing.link} against {bearing.holder} at {bearing.pin}"
             signal = Signal(bearing.turning, "rad/s", words, -1, 1, speed_power=1, pole_order=4)
             yield Quantity(signal, bearing.rate)
-    for slide in equations.table.slides:
+    for slide in (each for each in equations.table.slides if each.sliding in loading.senses):
+        words = f"velocity of {slide.link} along its direction against {slide.body}"
         rate = equations.slide_position(slide).terms[1]
-        if slide.sliding in loading.senses:
-            words = f"velocity of {slide.link} along its direction against {slide.body}"
-            yield Quantity(Signal(slide.sliding, "mm/s", words, -1, 1, speed_power=1, pole_order=4), rate)
+        yield Quantity(Signal(slide.sliding, "mm/s", words, -1, 1, speed_power=1, pole_order=4), rate)
 
 
 def _find_curves(loading: Loading, table: LinkageTable, loads: Loads) -> Iterator[Quantity]:
@@ -122,7 +121,7 @@ def _quantity(
     corners_at: tuple[str, ...] = (),
 ) -> Quantity:  # fmt: skip
     whats = ("normal_force",) if loading.needs_sizes else ("lock_ratio", "normal_force")
-    rough = [f"{slot}_{what}" for slot in loading.loads.rough_slots for what in whats]
+    rough = [f"{slot}_{what}" for slot in loading.loads.rough for what in whats]
     rough += [_LOCK_RATIO] if loading.needs_sizes else []
     # A force that passes through 0 has a corner in its size, such as that along a link without a mass.
     rough += [f"{each.pin}_force_on_{each.body}_x" for each in loading.bearings.values()]

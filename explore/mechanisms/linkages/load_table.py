@@ -149,7 +149,7 @@ class Loads:
         return any(self.has(kind) for kind in ("damper", "opposing", "friction", "pin_friction"))
 
     @property
-    def rough_slots(self) -> tuple[str, ...]:
+    def rough(self) -> tuple[str, ...]:
         """The slots, and links that slide, with friction."""
         return tuple(element.name for element in self.elements if element.kind == "friction")
 

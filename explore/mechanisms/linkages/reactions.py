@@ -228,12 +228,12 @@ class Reactions(JointForces):
     def _pressed(self, slot: Slot, smooth: Number, ratio: Number) -> Number:
         """The force across a slot with friction, from that without, and from C/D."""
         coefficient, sense = self._friction[slot.name]
+        if slot.name in self._sizes:
+            return smooth + ratio * coefficient * sense * self._sizes[slot.name]
         self.lock_ratios[slot.name] = ratio * coefficient
         if coefficient.value == 0.0:
             return smooth
         ratio = ratio * coefficient * sense
-        if slot.name in self._sizes:
-            return smooth + ratio * self._sizes[slot.name]
         root, one = (1.0 - ratio * ratio).sqrt(), ratio.graph.constant(1.0)
         left, right = smooth.call("maximum", self._zero), smooth.call("minimum", self._zero)
         return (left * (one + ratio) + right * (one - ratio)) / (root * root)

@@ -36,7 +36,7 @@ def note_many_senses(elements: Iterable[Element], key: KeyPath, problems: Proble
 
 def note_resting_pins(table: LinkageTable, steps: Iterable[Step], problems: Problems) -> None:
     """Note slots with friction whose pin rests."""
-    rough = table.loads.rough_slots if table.loads else ()
+    rough = table.loads.rough if table.loads else ()
     for group in groups_of(steps):
         for tie in group.ties:
             if isinstance(tie, Slot) and tie.name in rough and group.rests_on_first(tie):

@@ -174,9 +174,10 @@ class LoadReader:
             return Element("friction", name, (name,), ZERO)
         if name == self._driver:
             self._problems.append((key, f"{name} is driven; friction there adds to the force of the drive"))
-        signal = next((slide.sliding for slide in self._structure.slides if slide.link == name), "")
+        turning = [slide.sliding for slide in self._structure.slides if slide.link == name not in self._sliders]
+        signal = next(iter(turning), "")
         other = signal.removesuffix("_velocity")
-        if other in {*self._structure.points, *self._links, *self._slots}:
+        if other in {*self._structure.points, *self._links, *self._sliders}:
             self._problems.append((key, f"its velocity is {signal}, which {other} has too; choose another name"))
         return Element("friction", name, (name,), self._amount(entry, key, "1"))
 
