@@ -213,3 +213,27 @@ def test_a_spring_on_a_link_does_not_know_whole_turns():
             torques.append(explore.simulate(linkage, lengths, angles=angles)["drive_torque"].iloc[-1])
     assert torques == pytest.approx([torques[0]] * 6, abs=1e-14)  # of angles of 3 rad
     assert abs(torques[0]) < 0.1
+
+
+#: A link on a pivot of the frame whose slot passes another point there; one on the crank whose slot passes its pivot.
+RESTING = {"held": {"H": 0, "T": "h"}, "fast": {"A": 0, "P": 60}}
+RESTING_SLOTS = {"stop": {"pin": "K", "link": "held", "along": ["H", "T"]}} | {
+    "sleeve": {"pin": "O", "link": "fast", "along": ["A", "P"]}
+}
+
+
+@pytest.mark.parametrize(
+    ("loads", "problem"),
+    [
+        ({"opposing": {"held": 2}}, "opposing.held: held does not turn, as it is of one rigid part with the frame"),
+        ({"opposing": {"stop": 2}}, "opposing.stop: the pin K rests in stop, as both are of one rigid part"),
+        ({"friction": {"sleeve": 0.1}}, "friction.sleeve: the pin O rests in sleeve, as both are of one rigid part"),
+    ],
+)
+def test_what_rests_is_not_opposed(loads, problem):
+    """Its rate is rounding, with the sign of which the load acted."""
+    content = FOUR_BAR | {"output": "rocker", "slots": RESTING_SLOTS}
+    content |= {"frame": FOUR_BAR["frame"] | {"H": [0, -90], "K": [40, -60]}, "links": FOUR_BAR["links"] | RESTING}
+    assert Linkage(content)
+    with pytest.raises(ConfigError, match=f"^linkage.loads.{problem}; leave it out$"):
+        Linkage(content | {"loads": {"masses": {"B": 1}} | loads})

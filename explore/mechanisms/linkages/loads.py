@@ -220,7 +220,7 @@ class Loading:
     def _add_bearings(self, element: Element) -> None:
         """A bearing for each link that turns on the pin."""
         *links, holder = element.ends
-        parts = rigid_parts(self._equations.table, self._equations.steps)
+        parts = rigid_parts(self._equations.table, self._equations.steps).parts
         arm = self._not_negative(self._read(element.size)) * self._not_negative(self._read(element.rest or ZERO))
         for link in (each for each in links if parts[each] != parts[holder]):
             rate = self._equations.turning_of(link)[0] - self._equations.turning_of(holder)[0]

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from explore.base.errors import KeyPath, Problems
-from explore.mechanisms.linkages.bearings import rigid_parts
+from explore.mechanisms.linkages.bearings import RigidParts, rigid_parts
 from explore.mechanisms.linkages.group_steps import groups_of
 from explore.mechanisms.linkages.load_table import Element
 from explore.mechanisms.linkages.steps import Step
@@ -44,12 +44,26 @@ def note_resting_pins(table: LinkageTable, steps: Iterable[Step], problems: Prob
                 problems.append(((SECTION, "loads", "friction", tie.name), reason))
 
 
-def note_rigid_pins(table: LinkageTable, steps: Iterable[Step], problems: Problems) -> None:
-    """Note pins with friction on which no link turns."""
-    elements = [each for each in (table.loads.elements if table.loads else ()) if each.kind == "pin_friction"]
-    parts = rigid_parts(table, steps) if elements else {}
+def note_rigid_parts(table: LinkageTable, steps: Iterable[Step], problems: Problems) -> None:
+    """Note what opposes, or friction of, a motion that is none, as its bodies are of one rigid part."""
+    kinds = {"pin_friction": "friction", "friction": "friction", "opposing": "opposing"}
+    elements = [each for each in (table.loads.elements if table.loads else ()) if each.kind in kinds]
+    rigid = rigid_parts(table, steps) if elements else RigidParts(table, {})
+    slots, parts = {slot.name: slot for slot in table.slots}, rigid.parts
+    slides = {slide.link: slide.body for slide in table.slides}
     for element in elements:
         *links, holder = element.ends
-        if all(parts[link] == parts[holder] for link in links):
-            reason = f"{links[0]} does not turn against {holder}, as both are of one rigid part; leave it out"
-            problems.append(((SECTION, "loads", "friction", element.name), reason))
+        reason = ""
+        if element.kind == "pin_friction":
+            if all(parts[link] == parts[holder] for link in links):
+                reason = f"{links[0]} does not turn against {holder}, as both are of one rigid part; leave it out"
+        elif holder in slots:
+            if rigid.rests_in(slots[holder]):
+                reason = f"the pin {slots[holder].pin} rests in {holder}, as both are of one rigid part; leave it out"
+        elif holder in slides and (element.kind == "friction" or holder in table.sliders):
+            if parts[holder] == parts[slides[holder]]:
+                reason = f"{holder} does not slide, as it is of one rigid part with {slides[holder]}; leave it out"
+        elif parts[holder] == parts[FRAME]:
+            reason = f"{holder} does not turn, as it is of one rigid part with the frame; leave it out"
+        if reason:
+            problems.append(((SECTION, "loads", kinds[element.kind], element.name), reason))

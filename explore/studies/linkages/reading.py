@@ -15,7 +15,7 @@ from explore.mechanisms.linkages.steps import PoseBySlot, TableError, find_steps
 from explore.mechanisms.linkages.table import FRAME, LinkageTable, TableParameter
 from explore.studies.linkages.branch import note_missing, note_odd_words, read_branch, two_sided
 from explore.studies.linkages.copies import add_copies
-from explore.studies.linkages.friction import note_resting_pins, note_rigid_pins
+from explore.studies.linkages.friction import note_resting_pins, note_rigid_parts
 from explore.studies.linkages.groups import note_groups, read_starts
 from explore.studies.linkages.loads import LoadReader
 from explore.studies.linkages.parallel_lines import note_parallel_lines
@@ -237,7 +237,7 @@ def _with_signs(
         return None
     note_parallel_lines(table, steps, problems)
     note_resting_pins(table, steps, problems)
-    note_rigid_pins(table, steps, problems)
+    note_rigid_parts(table, steps, problems)
     before, groups = len(problems), groups_of(steps)
     note_groups(groups, problems)
     all_sides = two_sided(steps)
