@@ -233,6 +233,17 @@ def test_what_cannot_rub_is_refused():
         yoke(crank=0.1)
 
 
+def test_a_slide_at_rest_is_not_rough():
+    """A pin of the frame is in a slot across the block."""
+    table = YOKE | {"frame": {"O": [0, 0], "G": [100, 100]}, "links": YOKE["links"] | {"block": {"L": [5, 5]}}}
+    table |= {"slots": YOKE["slots"] | {"key": {"pin": "G", "link": "block", "along": [[0, 0], [1, 0]]}}}
+    table |= {"slides": YOKE["slides"] | {"block": {"link": "frame", "direction": [0, 1]}}}
+    for kind in ("friction", "opposing"):
+        reason = f"{kind}.block: block does not slide, as it is of one rigid part with frame; leave it out"
+        with pytest.raises(ConfigError, match=reason):
+            explore.Linkage(table | {"loads": {"masses": {"P": 1}, kind: {"block": 0.1}}})
+
+
 def test_a_name_that_would_have_the_velocity_of_a_slide_is_refused_where_it_rubs():
     """Of a block that turns with its lever; a yoke that does not has the name of its position."""
     reason = r"friction.block: its velocity is block_sliding_velocity, which block_sliding has too; choose another name"
