@@ -26,10 +26,10 @@ _STRIPS = (1.0, 0.5, 0.25)
 _SUM = 2.0
 #: Half the length of the longest piece, rad.
 _LONGEST = 1.6
-#: Half the length of the shortest piece that is halved, rad.
-_SHORTEST = 1e-8
+#: Half the length of a piece that is so short that its values are close enough, rad.
+_SHORTEST = 2.0**-40
 #: Largest number of pieces of an arc.
-_MOST_PIECES = 400
+_MOST_PIECES = 1000
 #: Number of angles that tell how large a function usually is.
 _SAMPLES = 4
 #: Number of boxes in a row about a piece at first.
@@ -88,19 +88,23 @@ def arc_means(function: Function, start: arb, stop: arb, reason: str) -> tuple[a
     """Mean of a function and of its square over an arc."""
     _require_integration()
     count = math.ceil(float(stop - start) / (2.0 * _LONGEST))
-    half = (stop - start) / (2 * count)
+    half = whole = (stop - start) / (2 * count)
     waiting = [(start + (2 * k + 1) * half, half) for k in range(count)]
     total = square = arb(0)
     while waiting:
         middle, half = waiting.pop()
         bound = _bound_about(function, middle, half)
-        if bound is None:
+        if bound is not None:
+            mean, mean_square = _piece_means(function, middle, half, bound, float(half / whole))
+        elif float(half) > _SHORTEST and count < _MOST_PIECES:
             count += 1
-            if float(half) < _SHORTEST or count > _MOST_PIECES:
-                raise UnprovedError(reason)
             waiting += [(middle - half / 2, half / 2), (middle + half / 2, half / 2)]
             continue
-        mean, mean_square = _piece_means(function, middle, half, bound)
+        else:
+            mean = function(middle + arb(0, half.upper()))
+            mean_square = mean * mean
+            if float(half) > _SHORTEST or not mean.is_finite():
+                raise UnprovedError(reason)
         total, square = total + mean * half, square + mean_square * half
     return 2 * total / (stop - start), 2 * square / (stop - start)
 
@@ -110,10 +114,13 @@ def _require_integration() -> None:
         raise UnprovedError("integration is left out")
 
 
-def _piece_means(function: Function, middle: arb, half: arb, bound: arb) -> tuple[arb, arb]:
-    """Mean of a function and of its square over a piece, in whose ellipse the function has a bound."""
+def _piece_means(function: Function, middle: arb, half: arb, bound: arb, share: float) -> tuple[arb, arb]:
+    """Mean of a function and of its square over a piece, in whose ellipse the function has a bound.
+
+    A piece that is a small share of the longest needs so many digits less.
+    """
     samples = [function(middle + half * (2 * k - _SAMPLES) / _SAMPLES) for k in range(_SAMPLES)]
-    order = max(2, math.ceil(_digits(bound, samples) / (2.0 * math.log(_SUM))) + 1)
+    order = max(2, math.ceil((_digits(bound, samples) + math.log(share)) / (2.0 * math.log(_SUM))) + 1)
     mean = square = arb(0)
     for node, weight in _gauss_rule(order + 1, ctx.prec):
         value = function(middle + half * node)

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from functools import reduce
+from itertools import pairwise, product
 
 from flint import arb
 
@@ -15,6 +16,8 @@ from explore.mechanisms.linkages.graph import Number, operands
 
 #: Largest number of branches: zeros of the decision of each are looked for.
 _MOST_BRANCHES = 20
+#: Largest number of signs that are not known of which each choice is looked at.
+_MOST_UNKNOWN = 5
 #: A sign that is not known.
 _EITHER = arb(0, 1)
 
@@ -31,17 +34,22 @@ class Part:
 
 @dataclass(frozen=True)
 class Piece:
-    """The input angles from one to another, rad, and a number there: analytic, or of a tiny piece only enclosed."""
+    """The input angles from one to another, rad, and a number there: analytic, or of a tiny piece only enclosed.
+
+    The number of a tiny piece may be that of `others` too, with other signs of decisions.
+    """
 
     start: arb
     stop: arb
     function: Function
     is_tiny: bool
+    others: tuple[Function, ...] = ()
 
     @property
     def value(self) -> arb:
         """The number over all of the piece."""
-        return self.function.value(self.start.union(self.stop))
+        angles = self.start.union(self.stop)
+        return reduce(arb.union, (function.value(angles) for function in (self.function, *self.others)))
 
     def extremes(self, name: str, size: arb, reason: str, *, is_turn: bool) -> tuple[arb, arb]:
         """Smallest and largest value of the number, which has a size elsewhere; the reason is that of `arc_means`."""
@@ -75,7 +83,19 @@ def cut_pieces(
             for whole in parts
             for part, sign in divide(function(decision, whole), f"a term of {name}", whole, is_known=is_known)
         ]
-    return [Piece(part.start, part.stop, function(number, part), part.is_tiny) for part in parts]
+    pieces = []
+    for part in parts:
+        first_function, *rest = (function(number, each) for each in _with_signs(part))
+        pieces.append(Piece(part.start, part.stop, first_function, part.is_tiny, tuple(rest)))
+    return pieces
+
+
+def _with_signs(part: Part) -> Iterator[Part]:
+    """The part with each choice of signs that are not known there, unless these are many."""
+    unknown = [k for k, sign in part.signs.items() if sign is _EITHER]
+    choices = product((1, -1), repeat=len(unknown)) if len(unknown) <= _MOST_UNKNOWN else [[_EITHER] * len(unknown)]
+    for signs in choices:
+        yield replace(part, signs={**part.signs, **dict(zip(unknown, signs, strict=True))})
 
 
 def divide(
