@@ -10,9 +10,9 @@ from test_certify_linkages import proofs_of, rows_of
 from test_linkage_curves import CASE, OVER, SHAPES, VALUES, curved
 
 import explore
-from explore.analysis.certifying.analytic import TERMS, angle_series, divide, root, size
+from explore.analysis.certifying.analytic import TERMS, angle_series, coefficients, divide, root, size
 from explore.analysis.certifying.ball_graph import Function
-from explore.analysis.certifying.ball_programs import Program, coefficients
+from explore.analysis.certifying.ball_programs import Program
 from explore.analysis.certifying.certification import certify_designs
 from explore.analysis.certifying.subdivision import ExtremeSearch
 from explore.mechanisms.linkages.declaration import linkage_mechanism

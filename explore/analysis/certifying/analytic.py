@@ -16,6 +16,13 @@ def nowhere(*numbers: Any) -> Any:
     return arb_series([NOWHERE] * TERMS, TERMS) if is_series else NOWHERE
 
 
+def coefficients(value: arb | arb_series) -> list[arb]:
+    """The coefficients of a series, or of a number that does not depend on the angle."""
+    if isinstance(value, arb_series):
+        return [value[k] for k in range(TERMS)]
+    return [value] + [arb(0) if value.is_finite() else value] * (TERMS - 1)
+
+
 def divide(a: Any, b: Any) -> Any:
     """A quotient, or none."""
     try:

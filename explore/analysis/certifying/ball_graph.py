@@ -12,8 +12,8 @@ from typing import Any
 
 from flint import acb, arb, arb_series
 
-from explore.analysis.certifying.analytic import TERMS
-from explore.analysis.certifying.ball_programs import Program, coefficients
+from explore.analysis.certifying.analytic import TERMS, coefficients
+from explore.analysis.certifying.ball_programs import Program
 from explore.analysis.certifying.balls import UnprovedError
 from explore.mechanisms.linkages.coordinate import ZERO, Coordinate
 from explore.mechanisms.linkages.equations import Equations

@@ -19,6 +19,7 @@ from explore.analysis.certifying.analytic import (
     angle_series,
     box_root,
     choose,
+    coefficients,
     divide,
     maximum,
     minimum,
@@ -27,11 +28,15 @@ from explore.analysis.certifying.analytic import (
     size,
 )
 from explore.analysis.certifying.balls import UnprovedError
+from explore.analysis.certifying.fixed_points import lengths
 from explore.analysis.certifying.functions import BINARY, UNARY
 from explore.mechanisms.linkages.graph import (
     ANGLE,
+    CORNER,
     COSINE,
     INPUT_ANGLE,
+    LENGTHS,
+    LENGTHS_OF,
     SENSES,
     SINE,
     VERSINES,
@@ -41,10 +46,12 @@ from explore.mechanisms.linkages.graph import (
 )
 
 _SYMBOLS = {"add": "+", "exact_sum": "+", "sub": "-", "mul": "*", "div": "/"}
+#: Operations that give an operand, or a part of it.
+_TAKEN = {CORNER: "{0}", **{name: f"{{}}[{k}]" for k, name in enumerate(LENGTHS_OF)}}
 #: Operations that are written otherwise, of balls.
-_OF_BALLS = {"neg": "-{}", "sqrt": "{}.sqrt()", "arctangent": "angle({}, {})"}
+_OF_BALLS = {"neg": "-{}", "sqrt": "{}.sqrt()", "arctangent": "angle({}, {})", **_TAKEN}
 #: Operations that are written otherwise, of series.
-_OF_SERIES = {"neg": "-{}", "sqrt": "root({})", "div": "divide({}, {})", "arctangent": "angle_series({}, {})"}
+_OF_SERIES = _OF_BALLS | {"sqrt": "root({})", "div": "divide({}, {})", "arctangent": "angle_series({}, {})"}
 #: Inputs that follow from the angle, its cosine and its sine, which have these names after that of their side.
 _OF_ANGLE = {
     COSINE: "{0}c", SINE: "{0}s", INPUT_ANGLE: "{0}a",
@@ -54,11 +61,11 @@ _OF_ANGLE = {
 _BY_HALVES = ("2 * th * th", "(th - tg) * (th - tg)", "2 * tg * tg", "(th + tg) * (th + tg)")
 #: Branches by the signs of their decisions, which come last: 1 or -1, or a ball with both.
 _BRANCHES = {
-    **dict.fromkeys(SENSES, "{1}"), "abs": "{1} * {0}", "minimum": "choose({1}, {0}, {2})",
+    **dict.fromkeys(SENSES, "{1}"), CORNER: "{0}", "abs": "{1} * {0}", "minimum": "choose({1}, {0}, {2})",
     **dict.fromkeys(("max", "maximum"), "choose({0}, {1}, {2})"),
 }  # fmt: skip
 #: Operations before which series over cells are tightened.
-_NONLINEAR = ("div", "sqrt", "arctangent")
+_NONLINEAR = ("div", "sqrt", "arctangent", LENGTHS)
 
 
 @dataclass(frozen=True)
@@ -205,13 +212,6 @@ def _written(arguments: Sequence[str], lines: list[str], results: list[str]) -> 
     return found["program"]
 
 
-def coefficients(value: arb | arb_series) -> list[arb]:
-    """The coefficients of a series, or of a number that does not depend on the angle."""
-    if isinstance(value, arb_series):
-        return [value[k] for k in range(TERMS)]
-    return [value] + [arb(0) if value.is_finite() else value] * (TERMS - 1)
-
-
 def _tightened(series: Any, about_middle: Any, offset: arb) -> Any:
     """A series about all angles near a middle, whose coefficients but the last follow from those about it too."""
     if not isinstance(series, arb_series):
@@ -242,7 +242,7 @@ def _or_nowhere(function: Callable[..., arb | None]) -> Callable[..., arb]:
 
 
 #: Operations that depend on the angle or not.
-_FUNCTIONS = {"abs": size, "max": maximum, "maximum": maximum, "minimum": minimum}
+_FUNCTIONS = {LENGTHS: lengths, "abs": size, "max": maximum, "maximum": maximum, "minimum": minimum}
 #: Names in formulas of operations that do not depend on the angle.
 _FORMULA_NAMES = {"power": "**"} | {name: name for name in ("sin", "cos", "tan", "log", "exp", "atan2", "hypot")}
 #: Functions that written functions call, by their names.

@@ -12,10 +12,9 @@ from typing import Any
 
 from flint import arb, ctx
 
-from explore.analysis.certifying.analytic import TERMS, angle_series
+from explore.analysis.certifying.analytic import TERMS, angle_series, coefficients
 from explore.analysis.certifying.arcs import full_turn
 from explore.analysis.certifying.ball_graph import Function
-from explore.analysis.certifying.ball_programs import coefficients
 from explore.analysis.certifying.balls import UnprovedError
 from explore.analysis.certifying.subdivision import Expandable, ExtremeSearch, over_cell
 

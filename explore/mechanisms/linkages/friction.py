@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from functools import reduce
 
 from explore.mechanisms.linkages.equations import Equations
-from explore.mechanisms.linkages.graph import Number
+from explore.mechanisms.linkages.graph import CORNER, LENGTHS, LENGTHS_OF, Number, operands
 from explore.mechanisms.linkages.loads import Joint, Loading
 from explore.mechanisms.linkages.reactions import Reactions
 
@@ -39,9 +39,28 @@ def balance_friction(equations: Equations, loading: Loading) -> tuple[Reactions,
     nothing, unloaded = dict.fromkeys(joints, zero), loading.unloaded()
     own = _forces(Reactions(equations, loading, nothing), loading, joints)
     by_one = [_forces(Reactions(equations, unloaded, nothing | {joint: one}), loading, joints) for joint in joints]
-    gains = [[column[i] for column in by_one] for i in range(len(joints))]
-    sums = [reduce(lambda total, force: total + _size(force), row, zero) for row in gains]
-    largest = reduce(lambda first, second: first.call("maximum", second), sums)
+    forwards = [[column[i] for column in by_one] for i in range(len(joints))]
+    senses = [*(each.sense for each in loading.bearings.values()), *(sense for _, sense in loading.friction.values())]
+    gains = [[tuple(p * sense for p in force) for force, sense in zip(row, senses, strict=True)] for row in forwards]
+    sums = [reduce(lambda total, force: total + _size(force), row, zero) for row in forwards]
+    different = {total.index: total for total in sums}.values()
+    largest = reduce(lambda first, second: first.call("maximum", second), different)
+    certain = _name_sizes(own, gains) if equations.graph.is_exact else _find_sizes(own, gains, 1.0 - largest)
+    of_joints = dict(zip(joints, certain, strict=True))
+    return Reactions(equations, loading, of_joints), of_joints, largest
+
+
+def _name_sizes(own: Sequence[Force], gains: Sequence[Sequence[Force]]) -> list[Number]:
+    """The sizes as operations of the graph, which whoever takes them solves."""
+    zero = own[0][0].graph.constant(0.0)
+    parts = [part for row in (own, *gains) for force in row for part in (*force, zero)[:2]]
+    lengths = parts[0].call(LENGTHS, *parts[1:])
+    return [lengths.call(name).call(CORNER) for name, _ in zip(LENGTHS_OF, own, strict=False)]
+
+
+def _find_sizes(own: Sequence[Force], gains: Sequence[Sequence[Force]], spare_gain: Number) -> list[Number]:
+    """The sizes by Newton's method; none where the sums of gains spare nothing, or where it does not lead there."""
+    zero = own[0][0].graph.constant(0.0)
     sizes = [_size(force) for force in own]
     changes = sizes
     for _ in range(_STEPS):
@@ -50,11 +69,8 @@ def balance_friction(equations: Equations, loading: Loading) -> tuple[Reactions,
     found = [_size(_total(force, row, sizes)) for force, row in zip(own, gains, strict=True)]
     allowed = sum(found, zero) * _LAST_CHANGE
     spare = reduce(lambda least, change: least.call("minimum", allowed - abs(change)), changes, allowed)
-    # Undefined where it may lock, and where the steps did not lead to the solution.
-    checks = (1.0 - largest).sqrt(), spare.sqrt()
-    certain = [reduce(lambda size, check: size.call("maximum", -check), checks, size) for size in found]
-    of_joints = dict(zip(joints, certain, strict=True))
-    return Reactions(equations, loading, of_joints), of_joints, largest
+    checks = spare_gain.sqrt(), spare.sqrt()
+    return [reduce(lambda size, check: size.call("maximum", -check), checks, size) for size in found]
 
 
 def _forces(reactions: Reactions, loading: Loading, joints: Sequence[Joint]) -> list[Force]:
@@ -72,7 +88,7 @@ def _forces(reactions: Reactions, loading: Loading, joints: Sequence[Joint]) -> 
 def _size(force: Force) -> Number:
     if len(force) == 1:
         return abs(force[0])
-    x, y = force
+    x, y = (Number(part.graph, operands(part.node)[0]) if part.node[0] == "neg" else part for part in force)
     return (x * x + y * y).sqrt()
 
 

@@ -42,6 +42,12 @@ MOST_GROUPS = 4
 FOLLOWS = tuple(f"follow{k}" for k in range(MOST_GROUPS))
 #: Operations that give what was followed: cosine and sine of both links, nearly; the slope of the result and its size.
 PARTS = tuple(f"followed{k}" for k in range(6))
+#: Operation that gives the lengths z with z_i = |a_i + sum_j G_ij z_j|, of the parts of all a_i and then of all G_ij.
+LENGTHS = "lengths"
+#: Operations that give one of these lengths.
+LENGTHS_OF = tuple(f"length{k}" for k in range(MOST_SENSES))
+#: Operation that gives the same number, which is not negative and has a corner where it is 0.
+CORNER = "corner"
 
 Node = tuple[str | int | float, ...]
 

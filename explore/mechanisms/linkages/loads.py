@@ -130,8 +130,9 @@ class Loading:
 
     def take_friction(self, across: Mapping[str, Number], sizes: Mapping[Joint, Number]) -> None:
         """Take the power of friction from the forces across slots and slides, and the sizes of those of pins, N."""
+        pressed = {name: sizes[name] if name in sizes else abs(across[name]) for name in self.friction}
         takes = [
-            coefficient * sense * abs(across[name]) * self._sliding(name)[0]
+            coefficient * sense * pressed[name] * self._sliding(name)[0]
             for name, (coefficient, sense) in self.friction.items()
         ]
         takes += [each.arm * each.sense * sizes[name] * each.rate for name, each in self.bearings.items()]
@@ -139,9 +140,11 @@ class Loading:
             self._power, self._loss = self._power - taken, self._loss + taken
 
     def unloaded(self) -> Loading:
-        """The same joints with friction without any load."""
+        """The same joints with friction without any load, as if each turned or slid forwards."""
         result = copy.copy(self)
         result.on_pins, result.on_bodies, result.moments = {}, {}, {}
+        result.bearings = {joint: replace(bearing, sense=self._one) for joint, bearing in self.bearings.items()}
+        result.friction = {slot: (coefficient, self._one) for slot, (coefficient, _) in self.friction.items()}
         return result
 
     def _sliding(self, name: str) -> tuple[Number, str]:

@@ -91,7 +91,10 @@ class Reactions(JointForces):
             self._apply(step.point, step.first, plus(first, times(along, a)), a)
             return
         self._apply(step.point, step.first, plus(first, times(along, a)), a)
-        self._apply(step.point, step.second, plus(second, times(beside, b)), b)
+        other = plus(second, times(beside, b))
+        if self._equations.graph.is_exact and isinstance(step.second, Circle):  # what the first one leaves, as it is
+            other = times(self._pins[step.point], -1.0)
+        self._apply(step.point, step.second, other, b)
 
     def _press_slider(self, slide: Slide, size: Number) -> None:
         """Note the force on a link that slides in one that is placed after it, at the link's pin."""
