@@ -39,7 +39,7 @@ from explore.model.quantities import Parameter, Signal
 from explore.model.window import INTERVAL, Window
 
 #: Version of the equations and of what follows from them; raised when a number changes.
-_VERSION = "40"
+_VERSION = "41"
 
 _STROKES = ("forward", "backward")
 _WINDOWS = (
