@@ -6,7 +6,7 @@ import logging
 import os
 import re
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from explore.base.errors import ClusterError, RequestError
@@ -52,19 +52,23 @@ def _process_cluster(count: int) -> Iterator[Client]:
         "cls": Nanny,
         "options": {**node, "worker_class": LocalWorker, "nthreads": 1, "silence_logs": _LOG_NOTHING},
     }
-    with dask.config.set(_settings()), _quiet():
-        # dask ends no node that is starting, and only the client may end workers.
+    with dask.config.set(_settings()), _quiet(), ExitStack() as started:
+        # dask ends no node that is starting, and only the client may end workers; it prints a traceback if it is
+        # interrupted at the moment at which the client connects.
         with interrupts_held() as release_interrupt:
-            starting = SpecCluster(
-                scheduler={"cls": LocalScheduler, "options": {**node, "port": 0, "dashboard": False}},
-                workers=dict.fromkeys(range(count), worker),
-                security=node["security"],
-                silence_logs=_LOG_NOTHING,
+            cluster = started.enter_context(
+                SpecCluster(
+                    scheduler={"cls": LocalScheduler, "options": {**node, "port": 0, "dashboard": False}},
+                    workers=dict.fromkeys(range(count), worker),
+                    security=node["security"],
+                    silence_logs=_LOG_NOTHING,
+                )
             )
-        # Results come directly from the workers, so that each block is encrypted once, not twice.
-        with starting as cluster, Client(cluster, set_as_default=False, direct_to_workers=True) as client:
-            release_interrupt()
-            yield client
+            # Results come directly from the workers, so that each block is encrypted once, not twice.
+            connecting = Client(cluster, set_as_default=False, direct_to_workers=True)
+            client = started.enter_context(connecting)
+        release_interrupt()
+        yield client
 
 
 def _settings() -> dict[str, Any]:

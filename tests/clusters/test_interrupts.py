@@ -3,10 +3,12 @@
 import signal
 import time
 
+import distributed
 import pytest
 from waiting import wait_until
 
 from clusters.processes import Cluster, Sweep, committed_blocks, digest, finish, study_file
+from explore.running.clusters import local_cluster
 
 BLOCKS = 12
 SIGNALS = [signal.SIGINT, signal.SIGTERM]
@@ -61,6 +63,22 @@ def test_an_interrupt_while_processes_start_ends_them_without_a_traceback(folder
         wait_until(lambda: not sweep.members)
     assert code in (130, -signal.SIGINT), "the same to a shell"
     assert lines == [f"interrupted; finished blocks are safe. To continue: {sweep.command_to_continue}"]
+
+
+def test_an_interrupt_while_the_client_connects_waits_until_it_has(monkeypatch):
+    """dask prints a traceback if the moment at which it asks for the connection is interrupted."""
+    connected = []
+
+    class Interrupted(distributed.Client):
+        def __init__(self, *arguments, **options):
+            signal.raise_signal(signal.SIGINT)
+            super().__init__(*arguments, **options)
+            connected.append(self)
+
+    monkeypatch.setattr(distributed, "Client", Interrupted)
+    with pytest.raises(KeyboardInterrupt), local_cluster(1, processes=True):
+        pytest.fail("nothing runs after an interrupt")
+    assert [client.status for client in connected] == ["closed"]
 
 
 def test_an_interrupted_sweep_leaves_the_cluster_running(folder, cluster: Cluster, expected_digest):
