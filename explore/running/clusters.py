@@ -65,8 +65,7 @@ def _process_cluster(count: int) -> Iterator[Client]:
                 )
             )
             # Results come directly from the workers, so that each block is encrypted once, not twice.
-            connecting = Client(cluster, set_as_default=False, direct_to_workers=True)
-            client = started.enter_context(connecting)
+            client = started.enter_context(Client(cluster, set_as_default=False, direct_to_workers=True))
         release_interrupt()
         yield client
 

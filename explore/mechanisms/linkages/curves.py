@@ -37,7 +37,7 @@ _WINDOWS = (-360, 726)
 
 def place_unit(table: LinkageTable, curve: Curve) -> str:
     """The unit of the places of a curve, "mm" or "deg"."""
-    of_output = curve.over in (FROM_LEAST, TO_GREATEST) and table.output in {*table.body_of} - {*table.sliders}
+    of_output = curve.over in (FROM_LEAST, TO_GREATEST) and table.output_turns
     return "deg" if of_output or curve.over == CRANK_ANGLE else "mm"
 
 

@@ -28,7 +28,7 @@ from explore.mechanisms.linkages.graph import SENSES, Number, Series
 from explore.mechanisms.linkages.group_steps import groups_of
 from explore.mechanisms.linkages.load_table import Element, Loads, Mass, PivotedMass
 from explore.mechanisms.linkages.steps import slots_of
-from explore.mechanisms.linkages.table import Slot
+from explore.mechanisms.linkages.table import Slide, Slot
 from explore.mechanisms.linkages.vectors import Local, Vector, dot, length, minus
 
 #: Units of amounts that are not negative, and that 0 leaves out.
@@ -88,9 +88,8 @@ class Loading:
         self.moments: dict[str, list[Number]] = defaultdict(list)
         self.places = {curve.name: place_of_curve(equations, curve) for curve in loads.curves}
         self.values = {curve.name: value_of_curve(equations, curve, self.places[curve.name]) for curve in loads.curves}
-        output, table = equations.table.output, equations.table
-        turns = output in equations.directions and output not in table.sliders
-        self.angles = [output] if loads.need_strokes and turns else []
+        table = equations.table
+        self.angles = [table.output] if loads.need_strokes and table.output_turns else []
         self.squares: list[Series] = []
         gravity = loads.gravity
         self._gravity = (
@@ -149,8 +148,10 @@ class Loading:
 
     def _sliding(self, name: str) -> tuple[Number, str]:
         """The rate of a slot, or of a link that slides, and its signal."""
-        table, rate = self._equations.table, self._equations.position_of(name).terms[1]
-        return rate, f"{name}_velocity" if name in table.sliders else f"{name}_sliding_velocity"
+        line, rate = self._equations.table.line_of(name), self._equations.position_of(name).terms[1]
+        if isinstance(line, Slide) and name not in self._equations.table.sliders:
+            return rate, line.sliding
+        return rate, f"{name}_velocity"
 
     @property
     def lag_rate(self) -> Number | None:

@@ -177,7 +177,7 @@ def declare_targets(table: LinkageTable, transmission: Sequence[str]) -> dict[st
     if single:
         errors = ("position_error_max", "angle_error_max", *transmission)
         targets["poses"] = declare_poses(PointMotions(table, has_link=True), errors, body_pose, single)
-    travel = f"{table.output}_{'angle' if _output_turns(table) else 'position'}_peak_to_peak"
+    travel = f"{table.output}_{'angle' if table.output_turns else 'position'}_peak_to_peak"
     return targets | _functions(table, transmission) | _dwells(table, travel, transmission)
 
 
@@ -198,7 +198,7 @@ def declare_targets_of_link(table: LinkageTable, link: str, transmission: str, t
 
 def _functions(table: LinkageTable, transmission: Sequence[str]) -> dict[str, TargetKind]:
     """Functions of the output, if that is a link; a group of links has been followed where the crank turns fully."""
-    if not _output_turns(table):
+    if not table.output_turns:
         return {}
     output = TableMotion(table, "", table.output, needs_turn=bool(table.starts))
     return {"function": declare_functions(output, table.output, ("output_error_max", *transmission))}
@@ -209,8 +209,4 @@ def _dwells(table: LinkageTable, travel: str, objectives: Sequence[str], turns: 
     if not table.output:
         return {}
     output = TableMotion(table, "", is_output=True, turns=turns)
-    return {"dwell": declare_dwells(output, table.output, travel, tuple(objectives), turns=_output_turns(table))}
-
-
-def _output_turns(table: LinkageTable) -> bool:
-    return table.output in {link.name for link in table.links} - {*table.sliders}
+    return {"dwell": declare_dwells(output, table.output, travel, tuple(objectives), turns=table.output_turns)}

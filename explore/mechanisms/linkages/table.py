@@ -166,6 +166,11 @@ class LinkageTable:
         """The names of `sliders_of`."""
         return sliders_of(self.slots, self.slides)
 
+    @property
+    def output_turns(self) -> bool:
+        """Whether the output has an angle, not a position along a line."""
+        return self.output in self.body_of and self.output not in self.sliders
+
     def line_of(self, name: str) -> Slot | Slide:
         """The slot of a name, or the slide of a link."""
         lines: dict[str, Slot | Slide] = {slot.name: slot for slot in self.slots}
